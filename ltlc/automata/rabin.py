@@ -1,0 +1,188 @@
+"""The deterministic Rabin automaton, as a frozen value of arrays.
+
+Letters are sets of atomic propositions, written as a bitmask: bit i is `aps[i]`. Letters that no state tells apart
+share a *letter class*, and the tables are indexed by class: `delta[state, letter_class[letter]]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError, UnknownNameError
+
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+Acceptance = Literal["state", "transition"]
+
+MAX_APS = 20
+
+
+class RabinPair(NamedTuple):
+    """One pair (B, G): a run is accepted by it iff `fin` is visited finitely and `inf` infinitely often.
+
+    The entries are states where acceptance is on states, and (state, letter class) where it is on transitions.
+    """
+
+    fin: frozenset[int] | frozenset[tuple[int, int]]
+    inf: frozenset[int] | frozenset[tuple[int, int]]
+
+
+@dataclass(frozen=True, eq=False)
+class RabinAutomaton:
+    """A complete deterministic automaton with a Rabin acceptance condition.
+
+    A run is accepted iff for some pair i it takes marks of `fin[i]` finitely often and marks of `inf[i]` infinitely
+    often (thesis, definition 2.1.1, with B = fin, G = inf; HOA: Fin(2i) & Inf(2i+1)).
+
+    Raises:
+        InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
+        AlphabetLimitExceeded: more than `MAX_APS` propositions.
+    """
+
+    aps: tuple[str, ...]
+    delta: IntArray
+    """shape (n_states, n_classes), int32; entry = next state."""
+    letter_class: IntArray
+    """shape (2**len(aps),), int32; entry = class of the letter; every class occurs."""
+    fin: BoolArray
+    """shape (n_pairs, n_states) if acceptance is "state", else (n_pairs, n_states, n_classes)."""
+    inf: BoolArray
+    """same shape as `fin`."""
+    initial_state: int = 0
+    acceptance: Acceptance = "state"
+    formula: str | None = None
+    """the formula it was compiled from, as text."""
+    state_names: tuple[str, ...] | None = None
+    """one name per state, or None; for readers only."""
+    translator: str | None = None
+    """the construction that built it, or None."""
+
+    def __post_init__(self) -> None:
+        n_aps = len(self.aps)
+        if n_aps > MAX_APS:
+            raise AlphabetLimitExceeded(f"{n_aps} atomic propositions; tables over letters hold at most {MAX_APS}")
+        _check(len(set(self.aps)) == n_aps, "an atomic proposition is listed twice")
+        _freeze(self, "delta", np.int32, (None, None))
+        _freeze(self, "letter_class", np.int32, (2**n_aps,))
+        n_states, n_classes = self.delta.shape
+        marks: tuple[int | None, ...] = (None, n_states) if self.acceptance == "state" else (None, n_states, n_classes)
+        _check(self.acceptance in ("state", "transition"), f"acceptance is {self.acceptance!r}")
+        _freeze(self, "fin", np.bool_, marks)
+        _freeze(self, "inf", np.bool_, marks)
+        _check(self.fin.shape == self.inf.shape, "fin and inf have different shapes")
+        _check(n_states > 0 and n_classes > 0, "there is no state or no letter class")
+        _check(0 <= self.initial_state < n_states, f"initial state {self.initial_state} of {n_states} states")
+        _check(bool((self.delta >= 0).all() and (self.delta < n_states).all()), "delta leads outside the states")
+        used = np.unique(self.letter_class)
+        _check(np.array_equal(used, np.arange(n_classes)), f"letter classes are not exactly 0..{n_classes - 1}")
+        _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
+
+    @property
+    def n_states(self) -> int:
+        """Number of states, deadlock and sinks included."""
+        return int(self.delta.shape[0])
+
+    @property
+    def n_classes(self) -> int:
+        """Number of letter classes."""
+        return int(self.delta.shape[1])
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of Rabin pairs; with none, no word is accepted."""
+        return int(self.fin.shape[0])
+
+    @cached_property
+    def edge_fin(self) -> BoolArray:
+        """Fin marks seen on entering `delta[state, class]`, shape (n_pairs, n_states, n_classes).
+
+        State marks are those of the *entered* state, so that rewards and runs read one table for both kinds.
+        """
+        return self.fin[:, self.delta] if self.acceptance == "state" else self.fin
+
+    @cached_property
+    def edge_inf(self) -> BoolArray:
+        """Inf marks, like `edge_fin`."""
+        return self.inf[:, self.delta] if self.acceptance == "state" else self.inf
+
+    @cached_property
+    def pairs(self) -> tuple[RabinPair, ...]:
+        """The pairs as sets of states, or of (state, letter class) for transition-based acceptance."""
+
+        def entries(marks: BoolArray) -> frozenset[int] | frozenset[tuple[int, int]]:
+            if marks.ndim == 1:
+                return frozenset(np.flatnonzero(marks).tolist())
+            return frozenset((int(q), int(c)) for q, c in np.argwhere(marks))
+
+        return tuple(RabinPair(entries(fin), entries(inf)) for fin, inf in zip(self.fin, self.inf, strict=True))
+
+    @cached_property
+    def _ap_bit(self) -> dict[str, int]:
+        return {name: 1 << i for i, name in enumerate(self.aps)}
+
+    def letter(self, propositions: Iterable[str]) -> int:
+        """The bitmask of a set of proposition names.
+
+        Raises:
+            UnknownNameError: a name is not one of `aps`.
+        """
+        mask = 0
+        for name in propositions:
+            bit = self._ap_bit.get(name)
+            if bit is None:
+                raise UnknownNameError("proposition", name, self.aps)
+            mask |= bit
+        return mask
+
+    def step(self, state: int, propositions: Iterable[str]) -> int:
+        """The state after reading one letter, given as the names of the propositions that hold.
+
+        Raises:
+            UnknownNameError: a name is not one of `aps`.
+        """
+        return int(self.delta[state, self.letter_class[self.letter(propositions)]])
+
+    def accepts(self, prefix: Sequence[Iterable[str]] = (), cycle: Sequence[Iterable[str]] = ((),)) -> bool:
+        """Whether the word `prefix` followed by `cycle` for ever is accepted.
+
+        Raises:
+            UnknownNameError: a name is not one of `aps`.
+        """
+        return self.accepts_letters([self.letter(a) for a in prefix], [self.letter(a) for a in cycle])
+
+    def accepts_letters(self, prefix: Sequence[int], cycle: Sequence[int]) -> bool:
+        """`accepts` for letters given as bitmasks; `cycle` must not be empty."""
+        state = self.initial_state
+        for letter in prefix:
+            state = int(self.delta[state, self.letter_class[letter]])
+        classes = [int(self.letter_class[letter]) for letter in cycle]
+        first_round: dict[int, int] = {}
+        trail: list[tuple[int, int]] = []
+        while state not in first_round:
+            first_round[state] = len(trail)
+            for c in classes:
+                trail.append((state, c))
+                state = int(self.delta[state, c])
+        sources, labels = np.array(trail[first_round[state] :]).T
+        sees_fin = self.edge_fin[:, sources, labels].any(axis=1)
+        sees_inf = self.edge_inf[:, sources, labels].any(axis=1)
+        return bool((~sees_fin & sees_inf).any())
+
+
+def _check(condition: bool, message: str) -> None:
+    if not condition:
+        raise InvalidAutomatonError(message)
+
+
+def _freeze(automaton: RabinAutomaton, field: str, dtype: type[np.generic], shape: tuple[int | None, ...]) -> None:
+    array = np.array(getattr(automaton, field), dtype=dtype)
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
+    _check(fits, f"{field} has shape {array.shape}, expected {shape} (None: any size)")
+    array.flags.writeable = False
+    object.__setattr__(automaton, field, array)

@@ -1,0 +1,100 @@
+"""Everything that can go wrong on purpose.
+
+    LtlcError
+    ├── LtlSyntaxError (ValueError)        a formula or a word does not parse; has line, column, caret
+    ├── FileFormatError (ValueError)       a file or a document in it is wrong; has path, line/column or key
+    ├── InvalidAutomatonError (ValueError) an automaton is not a complete deterministic Rabin automaton
+    ├── InvalidArgumentError (ValueError)  an argument is out of range or does not fit the others
+    │   └── UnknownNameError               a name is not in a registry; suggests the nearest ones
+    ├── MissingProgramError                an optional program or package is not installed
+    └── LimitExceeded                      a budget ran out; nothing was written
+        ├── StateLimitExceeded
+        ├── TimeLimitExceeded
+        └── AlphabetLimitExceeded
+
+`str(error)` is one paragraph for a person: what is wrong, where, and what to do about it.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class LtlcError(Exception):
+    """Root of every error this package raises on purpose."""
+
+
+class LtlSyntaxError(LtlcError, ValueError):
+    """A formula or a word does not parse.
+
+    Attributes:
+        message: what is wrong, without position.
+        text: the whole input.
+        line: 1-based.
+        column: 1-based, in characters.
+        hint: what to write instead, or an empty string.
+    """
+
+    def __init__(self, message: str, text: str, line: int, column: int, hint: str = "") -> None:
+        self.message = message
+        self.text = text
+        self.line = line
+        self.column = column
+        self.hint = hint
+        super().__init__(message, text, line, column, hint)
+
+    def __str__(self) -> str:
+        lines = self.text.splitlines() or [""]
+        source = lines[min(self.line, len(lines)) - 1]
+        start = max(0, self.column - 41)
+        excerpt = source[start : start + 80].replace("\t", " ")
+        head = f"line {self.line}, column {self.column}: {self.message}"
+        caret = " " * (self.column - 1 - start) + "^"
+        tail = f"\nhint: {self.hint}" if self.hint else ""
+        return f"{head}\n  {excerpt}\n  {caret}{tail}"
+
+
+class FileFormatError(LtlcError, ValueError):
+    """A file is not what its name promises. The message names the path and the line or key."""
+
+
+class InvalidAutomatonError(LtlcError, ValueError):
+    """The parts given do not make a complete deterministic Rabin automaton."""
+
+
+class InvalidArgumentError(LtlcError, ValueError):
+    """An argument is out of range, or does not fit the other arguments."""
+
+
+class UnknownNameError(InvalidArgumentError):
+    """A name is not among the known ones."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind, self.name, self.known = kind, name, tuple(known)
+        super().__init__(kind, name, self.known)
+
+    def __str__(self) -> str:
+        near = difflib.get_close_matches(self.name, self.known, n=3)
+        advice = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join(self.known)}."
+        return f"unknown {self.kind} {self.name!r}. {advice}"
+
+
+class MissingProgramError(LtlcError):
+    """An optional program or package is not installed; the message says how to install it."""
+
+
+class LimitExceeded(LtlcError):
+    """A budget of states, seconds or letters ran out before the work was done."""
+
+
+class StateLimitExceeded(LimitExceeded):
+    """More states than allowed would be needed."""
+
+
+class TimeLimitExceeded(LimitExceeded):
+    """More seconds than allowed would be needed."""
+
+
+class AlphabetLimitExceeded(LimitExceeded):
+    """More atomic propositions than the dense letter tables can hold."""
