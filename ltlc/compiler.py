@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 from dataclasses import fields
-from pathlib import Path
 from typing import Self
 
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
+from ltlc.errors import MissingProgramError
+from ltlc.formats.picture import draw
 from ltlc.ltl import Formula, parse
 from ltlc.translate import translate
+
+NOTEBOOK_STATES = 200
+"""A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
 
 
 class DRA(RabinAutomaton):
@@ -26,7 +30,7 @@ class DRA(RabinAutomaton):
         return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)})
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write to a file whose suffix says the format: .json .hoa .dot .mmd .svg .png .pdf.
+        """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf.
 
         The file appears complete or not at all.
 
@@ -34,12 +38,11 @@ class DRA(RabinAutomaton):
             Where it was written.
 
         Raises:
-            UnknownNameError: the suffix is not one of those above.
+            InvalidArgumentError: the suffix is not one of those above.
             MissingProgramError: a picture needs the `dot` program of Graphviz; the .dot file is written instead.
+            OSError: the folder is missing, not writable or full.
         """
-        target = Path(path)
-        formats.write(self, target)
-        return target
+        return formats.write(self, path)
 
     def to_json(self) -> str:
         """The automaton with its annotations as the text of a .json file."""
@@ -56,6 +59,21 @@ class DRA(RabinAutomaton):
     def to_mermaid(self) -> str:
         """The picture as a Mermaid state diagram, for Markdown pages."""
         return formats.to_mermaid(self)
+
+    def to_svg(self) -> str:
+        """The picture.
+
+        Raises:
+            MissingProgramError: Graphviz is not installed.
+        """
+        return draw(self.to_dot(), "svg").decode("utf-8")
+
+    def _repr_svg_(self) -> str | None:
+        """The picture for a notebook, or None where there is no Graphviz or too much to see."""
+        try:
+            return self.to_svg() if self.n_states <= NOTEBOOK_STATES else None
+        except MissingProgramError:
+            return None
 
     def __str__(self) -> str:
         pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
@@ -102,10 +120,11 @@ def compile(
 
 
 def load(path: str | os.PathLike[str]) -> DRA:
-    """Read an automaton from a .json or .hoa file.
+    """Read an automaton from a .json or .hoa file; with another suffix the content decides.
 
     Raises:
-        FileFormatError: the file cannot be read, or is not what its suffix promises; says where.
-        UnknownNameError: the suffix is another one.
+        FileFormatError: the content is not what the suffix promises; says where.
+        LimitExceeded: it has too many propositions, or needs too many states to get Rabin pairs.
+        OSError: the file is missing or not readable.
     """
-    return DRA.of(formats.read(Path(path)))
+    return DRA.of(formats.read(path))
