@@ -47,14 +47,13 @@ class _Product(NamedTuple):
     letters: IntArray
     """shape (n_letters,); one letter over `aps` for each joint letter class."""
 
-    def word(self, edges: Sequence[Edge]) -> list[frozenset[str]]:
+    def letters_along(self, edges: Sequence[Edge]) -> list[int]:
         """Letters that lead along these edges."""
         columns = (
             next(c for c in range(len(self.letters)) if self.delta[q, c] == target and self.marks[q][c] == marks)
             for q, target, marks in edges
         )
-        letters = (int(self.letters[c]) for c in columns)
-        return [frozenset(name for i, name in enumerate(self.aps) if letter >> i & 1) for letter in letters]
+        return [int(self.letters[c]) for c in columns]
 
 
 def is_empty(a: RabinAutomaton) -> bool:
@@ -76,9 +75,21 @@ def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
     """A word that exactly one of the automata accepts, or None if they are equivalent."""
     from ltlc.ltl.semantics import LassoWord
 
+    found = distinguishing_letters(a, b)
+    if found is None:
+        return None
+    aps, prefix, cycle = found
+    return LassoWord(_letter_sets(aps, prefix), _letter_sets(aps, cycle))
+
+
+def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[str, ...], list[int], list[int]] | None:
+    """`counterexample` as propositions, and prefix and cycle as bitmasks over them.
+
+    The propositions are those that matter to one of the automata, in the order of a and then b.
+    """
     product = _product(a, b)
     walk = accepting_walk(product.edges, _exactly_one(a.n_pairs, b.n_pairs), 0)
-    return walk and LassoWord(product.word(walk[0]), product.word(walk[1]))
+    return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
 def equivalent_states(a: RabinAutomaton) -> IntArray:
@@ -135,6 +146,10 @@ def _exactly_one(n_first: int, n_second: int) -> Condition:
 
 def _parts(condition: Condition) -> tuple[Condition, ...]:
     return condition.parts if isinstance(condition, Some) else (condition,)
+
+
+def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:
+    return tuple(frozenset(name for i, name in enumerate(aps) if letter >> i & 1) for letter in letters)
 
 
 def _mark_rows(a: RabinAutomaton) -> list[tuple[int, ...]]:
