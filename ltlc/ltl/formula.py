@@ -32,6 +32,31 @@ class Formula:
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"formulas are immutable: cannot set {name!r}")
 
+    def __str__(self) -> str:
+        from ltlc.ltl.printer import to_text
+
+        return to_text(self)
+
+    def __repr__(self) -> str:
+        return f"parse({str(self)!r})"
+
+    def with_args(self, args: tuple[Formula, ...]) -> Formula:
+        """The same operator on other operands; itself if they are its own."""
+        if args == self.args:
+            return self
+        result: Formula = type(self)(*args)
+        return result
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A flat list instead of nested objects: pickle recurses into those.
+        return _rebuild, (_flatten(self),)
+
     def __invert__(self) -> Formula:
         return Not(self)
 
@@ -221,6 +246,51 @@ def postorder(formula: Formula) -> Iterator[Formula]:
             seen.add(id(node))
             stack.append((node, True))
             stack.extend((child, False) for child in reversed(node.args))
+
+
+def _flatten(formula: Formula) -> list[tuple[Any, ...]]:
+    """The subformulas in postorder, each as (class name, payload or indices of its operands)."""
+    index: dict[Formula, int] = {}
+    rows: list[tuple[Any, ...]] = []
+    for node in postorder(formula):
+        if isinstance(node, Constant):
+            rows.append(("Constant", node.value))
+        elif isinstance(node, Proposition):
+            rows.append(("Proposition", node.name))
+        else:
+            rows.append((type(node).__name__, *(index[child] for child in node.args)))
+        index[node] = len(index)
+    return rows
+
+
+def _rebuild(rows: list[tuple[Any, ...]]) -> Formula:
+    nodes: list[Formula] = []
+    for name, *payload in rows:
+        cls = _CLASSES[name]
+        nodes.append(cls(*payload) if cls in (Constant, Proposition) else cls(*(nodes[i] for i in payload)))
+    return nodes[-1]
+
+
+_CLASSES: dict[str, Any] = {
+    cls.__name__: cls
+    for cls in (
+        Constant,
+        Proposition,
+        Not,
+        Next,
+        Eventually,
+        Always,
+        And,
+        Or,
+        Implies,
+        Iff,
+        Xor,
+        Until,
+        WeakUntil,
+        Release,
+        StrongRelease,
+    )
+}
 
 
 def propositions(formula: Formula) -> tuple[str, ...]:
