@@ -184,17 +184,22 @@ class Closure:
             self._up.append(0)
             self._against.append(0)
         if not self._atoms >> node & 1:
+            others = bits(self._atoms)
             self._atoms |= 1 << node
-            self._up[node] = 1 << node
-            for other in bits(self._atoms & ~(1 << node)):
+            up = 1 << node
+            for other in others:
                 if self.implies(node, other):
-                    self._up[node] |= 1 << other
-                if self.implies(other, node):
-                    self._up[other] |= 1 << node
+                    up |= self._up[other]
                 a, b = self.nodes[node], self.nodes[other]
                 if a.kind == b.kind == "letters" and not a.letters & b.letters:
                     self._against[node] |= 1 << other
                     self._against[other] |= 1 << node
+            self._up[node] = up
+            for other in others:  # kept transitively closed
+                if self.implies(other, node):
+                    self._up[other] |= up
+                elif self._up[other] >> node & 1:
+                    self._up[other] |= up
         return self._up[node], self._against[node]
 
     # -- obligations --------------------------------------------------------------------------------------------------
@@ -255,7 +260,7 @@ class Closure:
         self.budget.check_size(len(clauses))
         if len(clauses) == 1:
             return tuple(clauses)
-        up = {c: self._closed(c) for c in clauses}
+        up = {c: self.closed(c) for c in clauses}
         kept: list[int] = []
         for c in sorted(clauses, key=lambda c: (c.bit_count(), c)):
             closed = up[c]
@@ -264,7 +269,8 @@ class Closure:
                 kept.append(c)
         return tuple(sorted(kept))
 
-    def _closed(self, clause: int) -> int:
+    def closed(self, clause: int) -> int:
+        """The clause with every atom that its atoms imply."""
         closed = 0
         for atom in bits(clause):
             closed |= self._up[atom]

@@ -100,12 +100,15 @@ class Breakpoint:
         return ((whole, self._finite(whole)), 1) if due == TRUE else ((whole, due), 0)
 
     def _finite(self, whole: Obligation) -> Obligation:
-        """The obligation with every greatest fixpoint (G, R, W) taken as satisfied: a co-safety formula."""
+        """The obligation with every greatest fixpoint (G, R, W) taken as satisfied: a co-safety formula.
+
+        Clauses leave out what they imply, which may be finite: G F a stands for F a too.
+        """
         closure = self._closure
         result = FALSE
         for clause in whole:
             part = TRUE
-            for atom in bits(clause):
+            for atom in bits(closure.closed(clause)):
                 part = closure.both(part, closure.obligation(closure.finite_part(atom)))
             result = closure.either(result, part)
         return result

@@ -27,7 +27,7 @@ from ltlc.automata.rabin import BoolArray, RabinAutomaton
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Letters
-from ltlc.translate.emerson_lei import ALWAYS, Acceptance, Edge, EmersonLei, explore, holds, negation
+from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, negation
 
 _MAX_CYCLE_NODES = 2000
 
@@ -266,14 +266,12 @@ def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) 
                 inf[i, q, columns] = marks >> i & 1
     block_of = np.zeros(letters.n_classes, dtype=np.int32)
     for i, block in enumerate(blocks):
-        block_of[members(block, letters.n_classes)] = i
+        block_of[_members(block, letters.n_classes)] = i
     return RabinAutomaton(letters.aps, delta, block_of[letters.letter_class], fin, inf, acceptance="transition")
 
 
-def members(letter_set: int, n_classes: int) -> BoolArray:
+def _members(letter_set: int, n_classes: int) -> BoolArray:
     """The letter set as a Boolean array over letter classes."""
     data = np.frombuffer(letter_set.to_bytes((n_classes + 7) // 8, "little"), dtype=np.uint8)
     return np.unpackbits(data, count=n_classes, bitorder="little").astype(np.bool_)
 
-
-__all__ = ["ALWAYS", "Counters", "CycleDecomposition", "rabin_automaton"]
