@@ -22,6 +22,12 @@ class Budget:
         self.timeout = timeout
         self._deadline = None if timeout is None else time.monotonic() + timeout
 
+    def within(self, max_states: int) -> Budget:
+        """The same budget, with this limit on states if it is lower."""
+        narrowed = Budget(self.formula, min(self.max_states, max_states), self.timeout)
+        narrowed._deadline = self._deadline
+        return narrowed
+
     def check_size(self, n_states: int) -> None:
         """Raise StateLimitExceeded if `n_states` is too many."""
         if n_states > self.max_states:

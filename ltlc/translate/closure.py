@@ -166,6 +166,11 @@ class Closure:
         """
         return next((name for name, bit in _LEVELS if self._levels(node) & bit), "")
 
+    def is_obligation(self, node: int) -> bool:
+        """Whether the node is a Boolean combination of safety and co-safety subformulas, in shape."""
+        kind, args, _ = self.nodes[node]
+        return self.level(node) in ("sigma1", "pi1") or (kind in "&|" and all(map(self.is_obligation, args)))
+
     def _levels(self, node: int) -> int:
         known = self._level.get(node)
         if known is None:

@@ -28,13 +28,14 @@ class Component(Protocol):
 
     initial: Hashable
     n_marks: int
-    acceptance: Acceptance
-    """while neither `decided`."""
     stable: bool
     """whether the language is the same after every prefix, so that the state may be reset at any time."""
 
     def successors(self, state: Hashable) -> Successors:
         """(letter set, next state, marks) for each way on; the letter sets partition the letters."""
+
+    def condition(self, state: Hashable) -> Acceptance:
+        """The acceptance condition for runs that stay in the strong component of the state."""
 
     def decided(self, state: Hashable) -> bool | None:
         """True or False if every or no word is accepted from the state, else None."""
@@ -49,12 +50,16 @@ class Finite:
     def __init__(self, closure: Closure, node: int, *, safety: bool) -> None:
         self._closure = closure
         self.initial: Hashable = closure.obligation(node)
-        self.acceptance = ALWAYS if safety else NEVER
+        self._condition = ALWAYS if safety else NEVER  # as long as nothing is decided
 
     def successors(self, state: Hashable) -> Successors:
         """See `Component`."""
         assert isinstance(state, tuple)
         return [(letters, f, 0) for f, letters in self._closure.after(state).items()]
+
+    def condition(self, state: Hashable) -> Acceptance:
+        """See `Component`."""
+        return self._condition
 
     def decided(self, state: Hashable) -> bool | None:
         """See `Component`."""
@@ -65,7 +70,6 @@ class Breakpoint:
     """A recurrence subformula; mark 0 is seen whenever the finite part is completed."""
 
     n_marks = 1
-    acceptance: Acceptance = ((0, 1),)
 
     def __init__(self, closure: Closure, node: int) -> None:
         self._closure = closure
@@ -113,6 +117,10 @@ class Breakpoint:
             result = closure.either(result, part)
         return result
 
+    def condition(self, state: Hashable) -> Acceptance:
+        """See `Component`."""
+        return ((0, 1),)
+
     def decided(self, state: Hashable) -> bool | None:
         """See `Component`."""
         assert isinstance(state, tuple)
@@ -127,11 +135,14 @@ class Complement:
         self.initial = component.initial
         self.n_marks = component.n_marks
         self.stable = component.stable
-        self.acceptance = negation(component.acceptance)
 
     def successors(self, state: Hashable) -> Successors:
         """See `Component`."""
         return self._component.successors(state)
+
+    def condition(self, state: Hashable) -> Acceptance:
+        """See `Component`."""
+        return negation(self._component.condition(state))
 
     def decided(self, state: Hashable) -> bool | None:
         """See `Component`."""

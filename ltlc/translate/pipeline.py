@@ -2,87 +2,93 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata import canonical, to_state_based
+from ltlc.automata.compare import equivalent_states
+from ltlc.automata.rabin import Acceptance, RabinAutomaton
+from ltlc.automata.reduce import reduce
+from ltlc.errors import InvalidArgumentError, LimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, nnf, propositions, simplify
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
-from ltlc.translate.components import Breakpoint, Complement, Component, Finite
-from ltlc.translate.emerson_lei import EmersonLei, reduced
+from ltlc.translate.constructions import CONSTRUCTIONS, Construction
+from ltlc.translate.emerson_lei import reduced
 from ltlc.translate.pairs import rabin_automaton
-from ltlc.translate.product import Skeleton, antichain, combine
-from ltlc.translate.safra import determinize
-from ltlc.translate.tableau import tableau
+
+AUTO = ("product", "safra", "dual-safra")
+_PATIENCE = 4
+"""A further construction is given up once it has this many times the states of the best automaton so far."""
 
 
-class SafraComponent:
-    """A subformula of any kind, determinized beforehand."""
+def translate(
+    formula: Formula,
+    *,
+    translator: str = "auto",
+    acceptance: Acceptance = "state",
+    max_states: int = 100_000,
+    timeout: float | None = None,
+) -> RabinAutomaton:
+    """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
-    stable = False
+    1. Simplify the formula; bring it to negation normal form; group the letters it cannot tell apart.
+    2. Build a deterministic automaton with Emerson-Lei acceptance (a construction) and reduce it.
+    3. Form Rabin pairs, strong component by strong component; reduce again; split states for state-based acceptance.
+    4. With "auto": try the next construction, unless the result is proven smallest, and keep the smallest.
 
-    def __init__(self, closure: Closure, node: int, budget: Budget) -> None:
-        self.automaton = reduced(determinize(tableau(closure, node, budget), budget))
-        self.initial = 0
-        self.acceptance = parity(self.n_marks) if False else None
-        masks = [e.marks for out in self.automaton.edges for e in out]
-        self.n_marks = max(m.bit_length() for m in masks)
+    Args:
+        formula: any LTL formula.
+        translator: "auto" or the name of a construction.
+        acceptance: marks on states (thesis, definition 2.1.1) or on transitions (often fewer states).
+        max_states: limit for every automaton on the way.
+        timeout: seconds, or None.
 
-    def successors(self, state):
-        return [tuple(e) for e in self.automaton.edges[state]]
+    Returns:
+        A complete automaton over the propositions of the formula in order of appearance, canonically numbered: the same
+        formula gives the same automaton, bit for bit.
 
-    def decided(self, state):
-        return None
-
-
-def decompose(closure: Closure, node: int, make) -> tuple[Skeleton, list[Component]]:
-    components: list[Component] = []
-    known: dict[int, int] = {}
-
-    def leaf(node: int) -> Skeleton:
-        if node not in known:
-            known[node] = len(components)
-            components.append(make(node))
-        return (1 << known[node],)
-
-    def skeleton(node: int) -> Skeleton:
-        kind, args, _ = closure.nodes[node]
-        if kind not in "&|" or closure.level(node) in ("sigma1", "pi1"):
-            return leaf(node)
-        grouped = {}
-        for arg in args:
-            level = closure.level(arg)
-            key = level if level in ("sigma1", "pi1") else arg
-            grouped.setdefault(key, []).append(arg)
-        parts = [skeleton(closure.node(kind, *group)) for group in grouped.values()]
-        result = parts[0]
-        for part in parts[1:]:
-            if kind == "&":
-                result = antichain({a | b for a in result for b in part})
-            else:
-                result = antichain({*result, *part})
-        return result
-
-    return skeleton(node), components
-
-
-def translate(formula: Formula, mode="product") -> RabinAutomaton:
-    budget = Budget(str(formula), 100000, None)
+    Raises:
+        UnknownNameError: no such translator.
+        InvalidArgumentError: the translator does not apply to the formula, or an argument is out of range.
+        StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded: a budget ran out.
+    """
+    if translator != "auto" and translator not in CONSTRUCTIONS:
+        raise UnknownNameError("translator", translator, ("auto", *CONSTRUCTIONS))
+    if acceptance not in ("state", "transition"):
+        raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
+    budget = Budget(str(formula), max_states, timeout)
     closure = Closure(nnf(simplify(formula)), propositions(formula), budget)
+    names = AUTO if translator == "auto" else (translator,)
+    best: RabinAutomaton | None = None
+    for name in names:
+        try:
+            found = _build(CONSTRUCTIONS[name], closure, budget if best is None else budget.within(_PATIENCE * best.n_states + 100), acceptance)
+        except LimitExceeded:
+            if best is None and name == names[-1]:
+                raise
+            continue
+        if best is None or _size(found) < _size(best):
+            best = found
+        if _is_smallest(best):
+            break
+    assert best is not None
+    return replace(best, formula=str(formula))
 
-    def make(node):
-        level = closure.level(node)
-        if level in ("sigma1", "pi1"):
-            return Finite(closure, node, safety=level == "pi1")
-        if level == "pi2":
-            return Breakpoint(closure, node)
-        if level == "sigma2":
-            return Complement(Breakpoint(closure, closure.negation(node)))
-        return SafraComponent(closure, node, budget)
 
-    if mode == "safra":
-        el = reduced(determinize(tableau(closure, closure.root, budget), budget))
-    else:
-        skeleton, components = decompose(closure, closure.root, make)
-        el = reduced(combine(skeleton, components, closure.letters.all, budget))
-    return rabin_automaton(el, closure.letters, budget)
+def _build(
+    construction: Construction, closure: Closure, budget: Budget, acceptance: Acceptance
+) -> RabinAutomaton:
+    automaton = rabin_automaton(reduced(construction.build(closure, budget)), closure.letters, budget)
+    automaton = reduce(automaton)
+    if acceptance == "state":
+        automaton = to_state_based(automaton)
+    return replace(canonical(automaton), translator=construction.name)
+
+
+def _size(automaton: RabinAutomaton) -> tuple[int, int]:
+    return automaton.n_states, automaton.n_pairs
+
+
+def _is_smallest(automaton: RabinAutomaton) -> bool:
+    """Whether all states have different languages: then no automaton for the language has fewer states."""
+    return len(set(equivalent_states(automaton).tolist())) == automaton.n_states

@@ -46,17 +46,14 @@ def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, b
         component = graph.strong_components([[e.target for e in out] for out in edges])
         settled = dict(zip(states, component, strict=True))
         states, edges = explore(start, lambda s: product.all_moves(s, settled), budget)
-    conditions: dict[Skeleton, Acceptance] = {}
-    for rest, _ in states:
-        if rest not in conditions:
-            conditions[rest] = product.condition(rest)
-    return EmersonLei(tuple(map(tuple, edges)), tuple(conditions[rest] for rest, _ in states))
+    return EmersonLei(tuple(map(tuple, edges)), tuple(map(product.condition, states)))
 
 
 class _Product:
     def __init__(self, components: Sequence[Component], letters: int) -> None:
         self.components = components
         self.letters = letters
+        self._condition: dict[tuple[Skeleton, tuple[tuple[int, Acceptance], ...]], Acceptance] = {}
         self.stable = sum(1 << i for i, c in enumerate(components) if c.stable)
         self._first_mark = [sum(c.n_marks for c in components[:i]) for i in range(len(components))]
 
@@ -105,17 +102,25 @@ class _Product:
             ]
         return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
 
-    def condition(self, skeleton: Skeleton) -> Acceptance:
-        """The acceptance condition while the skeleton stays as it is."""
-        total = NEVER
-        for clause in skeleton:
-            part = ALWAYS
-            for i in bits(clause):
-                shift = self._first_mark[i]
-                shifted = tuple((fin << shift, inf << shift) for fin, inf in self.components[i].acceptance)
-                part = conjunction(part, shifted)
-            total = disjunction(total, part)
-        return total
+    def condition(self, state: ProductState) -> Acceptance:
+        """The acceptance condition while the skeleton and the components' strong components stay as they are."""
+        skeleton, states = state
+        conditions = {
+            i: self._shifted(i, self.components[i].condition(states[i]))
+            for i in bits(reduce(int.__or__, skeleton, 0))
+        }
+        key = (skeleton, tuple(conditions.items()))
+        known = self._condition.get(key)
+        if known is None:
+            known = NEVER
+            for clause in skeleton:
+                known = disjunction(known, reduce(conjunction, (conditions[i] for i in bits(clause)), ALWAYS))
+            self._condition[key] = known
+        return known
+
+    def _shifted(self, component: int, condition: Acceptance) -> Acceptance:
+        shift = self._first_mark[component]
+        return tuple((fin << shift, inf << shift) for fin, inf in condition)
 
 
 def assign(skeleton: Skeleton, component: int, value: bool) -> Skeleton:

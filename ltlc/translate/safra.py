@@ -29,7 +29,7 @@ MacroState = tuple[Places, tuple[int, ...]]
 
 
 def determinize(automaton: BuchiAutomaton, budget: Budget) -> EmersonLei:
-    """A deterministic parity automaton for the language; marks are priorities, the least one decides (even: accept).
+    """A deterministic parity automaton for the language; marks are priorities, the least one decides (odd: accept).
 
     Raises:
         StateLimitExceeded, TimeLimitExceeded: the budget ran out.
@@ -50,9 +50,9 @@ def determinize(automaton: BuchiAutomaton, budget: Budget) -> EmersonLei:
 
 
 def parity(n_priorities: int) -> Acceptance:
-    """The least priority seen infinitely often is even; mark p stands for priority p, no mark for none."""
-    odd = sum(1 << p for p in range(1, n_priorities, 2))
-    return tuple(sorted(((1 << p) - 1 & odd, 1 << p) for p in range(0, n_priorities, 2)))
+    """The least priority seen infinitely often is odd; mark p stands for priority p, no mark for none."""
+    even = sum(1 << p for p in range(0, n_priorities, 2))
+    return tuple(sorted(((1 << p) - 1 & even, 1 << p) for p in range(1, n_priorities, 2)))
 
 
 def _indistinguishable(automaton: BuchiAutomaton, places: Places, letters: int) -> list[int]:
@@ -82,7 +82,8 @@ def _step(automaton: BuchiAutomaton, state: MacroState, letters: int) -> tuple[M
     signals = [i for i in range(n_old) if _complete(i, best, waits_after, automaton.n_sets)]
     alive = sorted({node for path in best.values() for node in path})
     deaths = [i for i in range(n_old) if i not in alive]
-    priority = min([2 * i for i in signals] + [2 * i + 1 for i in deaths[:1]], default=None)
+    # A node that signals infinitely often counts only if it and all older ones die finitely often.
+    priority = min([2 * i + 1 for i in signals] + [2 * i for i in deaths[:1]], default=None)
     age = {node: i for i, node in enumerate(alive)}
     following = tuple((q, tuple(age[node] for node in path)) for q, path in sorted(best.items()))
     return (following, tuple(waits_after[node] if node < n_old else 0 for node in alive)), priority
