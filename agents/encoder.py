@@ -45,6 +45,8 @@ class ObservationEncoder:
         width: columns of a packed row.
         dtype: of a packed row; the smallest of uint8, int64 and float32 that holds every part.
         n_features: columns of a network input.
+        n_observations: how many observations there are, or 0 if they are not numbered (parts, numbers that are not
+            discrete, more than `JOINT_LIMIT`).
 
     Raises:
         InvalidArgumentError: the space has a part that is none of these.
@@ -57,6 +59,10 @@ class ObservationEncoder:
         kinds = {_packed_kind(leaf.space) for leaf in self._leaves}
         self.dtype: npt.DTypeLike = kinds.pop() if len(kinds) == 1 else np.float32
         self.n_features = int(self.features(torch.from_numpy(self.pack(_example(space)))).shape[1])
+        self._digits = self._leaves[0].space if len(self._leaves) == 1 else None
+        countable = isinstance(self._digits, spaces.Discrete | spaces.MultiDiscrete)
+        size = math.prod(_sizes(self._digits)) if countable and self._digits is not None else 0
+        self.n_observations = size if size <= JOINT_LIMIT else 0
 
     def pack(self, observations: Any) -> npt.NDArray[Any]:
         """Packed rows of a batch of observations, shape (batch, width).
@@ -87,6 +93,19 @@ class ObservationEncoder:
         parts = [self._leaf_features(leaf.space, packed[:, leaf.columns]) for leaf in self._leaves]
         return parts[0] if len(parts) == 1 else torch.cat(parts, dim=1)
 
+    def index(self, packed: Tensor) -> Tensor:
+        """Number of each row among the `n_observations`, shape (batch,), int64."""
+        assert self.n_observations and self._digits is not None
+        return _joint_index(_from_zero(self._digits, packed), _sizes(self._digits))
+
+    def all_features(self) -> Tensor:
+        """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""
+        assert self.n_observations and self._digits is not None
+        sizes = _sizes(self._digits)
+        rows = np.stack(np.unravel_index(np.arange(self.n_observations), sizes), axis=1)
+        start = np.asarray(self._digits.start).ravel()  # type: ignore[attr-defined]
+        return self.features(torch.from_numpy(rows + start))
+
     def _leaf_features(self, space: spaces.Space[Any], packed: Tensor) -> Tensor:
         if isinstance(space, spaces.Box):
             flat = packed.to(torch.float32)
@@ -99,9 +118,7 @@ class ObservationEncoder:
             return (flat - _like(center, flat)) / _like(radius, flat)
         if isinstance(space, spaces.MultiBinary) or self.mode == "raw":
             return packed.to(torch.float32)
-        start = torch.as_tensor(np.asarray(space.start).ravel(), device=packed.device)  # type: ignore[attr-defined]
-        digits = packed.to(torch.int64) - start
-        return _one_hot(digits, _sizes(space))
+        return _one_hot(_from_zero(space, packed), _sizes(space))
 
 
 def _leaves(space: spaces.Space[Any], path: tuple[str | int, ...], column: int) -> Iterator[_Leaf]:
@@ -132,13 +149,23 @@ def _sizes(space: spaces.Space[Any]) -> list[int]:
     return [int(space.n)] if isinstance(space, spaces.Discrete) else np.ravel(space.nvec).tolist()  # type: ignore[attr-defined]
 
 
+def _from_zero(space: spaces.Space[Any], packed: Tensor) -> Tensor:
+    """The discrete numbers of packed rows, counted from 0."""
+    start = torch.as_tensor(np.asarray(space.start).ravel(), device=packed.device)  # type: ignore[attr-defined]
+    return packed.to(torch.int64) - start
+
+
+def _joint_index(digits: Tensor, sizes: list[int]) -> Tensor:
+    index = digits[:, 0]
+    for column, size in enumerate(sizes[1:], start=1):
+        index = index * size + digits[:, column]
+    return index
+
+
 def _one_hot(digits: Tensor, sizes: list[int]) -> Tensor:
     """Indicator vectors of rows of digits: one of the whole row where that is small enough, else one per digit."""
     if math.prod(sizes) <= JOINT_LIMIT:
-        index = digits[:, 0]
-        for column, size in enumerate(sizes[1:], start=1):
-            index = index * size + digits[:, column]
-        return torch.nn.functional.one_hot(index, math.prod(sizes)).to(torch.float32)
+        return torch.nn.functional.one_hot(_joint_index(digits, sizes), math.prod(sizes)).to(torch.float32)
     columns = [torch.nn.functional.one_hot(digits[:, i], size) for i, size in enumerate(sizes)]
     return torch.cat(columns, dim=1).to(torch.float32)
 
