@@ -12,12 +12,12 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
-from ltlc.agents.config import DQNConfig
-from ltlc.agents.encoder import ObservationEncoder
-from ltlc.agents.networks import QNetwork, move_towards
-from ltlc.agents.replay import Steps
-from ltlc.agents.storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
-from ltlc.agents.update import TDLoss, TensorTables
+from .config import DQNConfig
+from .encoder import ObservationEncoder
+from .networks import QNetwork, move_towards
+from .replay import Steps
+from .storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
+from .update import TDLoss, TensorTables
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
@@ -95,6 +95,11 @@ class DoubleDQN:
     def policy(self, observations: Any, states: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Greedy actions of the policy network, shape (batch,)."""
         return self.q_values(observations, states).argmax(axis=-1)
+
+    @torch.no_grad()
+    def packed_policy(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """`policy` for observations that the encoder has packed."""
+        return self._evaluate(self.policy_network, packed, states).argmax(dim=-1).cpu().numpy()
 
     @torch.no_grad()
     def explore(

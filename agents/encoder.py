@@ -13,7 +13,7 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
-from ltlc.agents.config import ObservationInput
+from .config import ObservationInput
 from ltlc.errors import InvalidArgumentError
 
 JOINT_LIMIT = 4096
@@ -98,13 +98,16 @@ class ObservationEncoder:
         assert self.n_observations and self._digits is not None
         return _joint_index(_from_zero(self._digits, packed), _sizes(self._digits))
 
+    def all_observations(self) -> npt.NDArray[np.int64]:
+        """All `n_observations` as a batch, in the order of `index`."""
+        assert self.n_observations and self._digits is not None
+        digits = np.stack(np.unravel_index(np.arange(self.n_observations), _sizes(self._digits)), axis=1)
+        start = np.asarray(self._digits.start)  # type: ignore[attr-defined]
+        return digits.reshape(-1, *(self._digits.shape or ())) + start
+
     def all_features(self) -> Tensor:
         """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""
-        assert self.n_observations and self._digits is not None
-        sizes = _sizes(self._digits)
-        rows = np.stack(np.unravel_index(np.arange(self.n_observations), sizes), axis=1)
-        start = np.asarray(self._digits.start).ravel()  # type: ignore[attr-defined]
-        return self.features(torch.from_numpy(rows + start))
+        return self.features(torch.from_numpy(self.pack(self.all_observations())))
 
     def _leaf_features(self, space: spaces.Space[Any], packed: Tensor) -> Tensor:
         if isinstance(space, spaces.Box):

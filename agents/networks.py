@@ -8,7 +8,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from ltlc.agents.config import DQNConfig
+from .config import DQNConfig
 
 
 class QNetwork(nn.Module):

@@ -8,10 +8,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ltlc.agents.config import DQNConfig
-from ltlc.agents.encoder import ObservationEncoder
-from ltlc.agents.networks import QNetwork
-from ltlc.agents.replay import Steps
+from .config import DQNConfig
+from .encoder import ObservationEncoder
+from .networks import QNetwork
+from .replay import Steps
 from ltlc.rewards import RewardTables
 
 HORIZON = 100.0
