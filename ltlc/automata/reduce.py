@@ -24,16 +24,16 @@ def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
     """
-    result = _reduced(automaton)
+    result = _settled(merge_equivalent(merge_bisimilar(canonical(automaton))))
     smaller = merge_by_trial(result, effort)
-    return result if smaller.n_states == result.n_states else _reduced(smaller)
+    return result if smaller.n_states == result.n_states else _settled(smaller)
 
 
-def _reduced(automaton: RabinAutomaton) -> RabinAutomaton:
-    result = canonical(automaton)
+def _settled(automaton: RabinAutomaton) -> RabinAutomaton:
+    """Simplify marks and merge bisimilar states in turn, until neither finds anything."""
+    result = canonical(merge_bisimilar(automaton))
     while True:
         size = (result.n_states, result.n_pairs)
-        result = canonical(merge_bisimilar(merge_equivalent(result)))
         result = canonical(merge_bisimilar(simplify_marks(result)))
         if (result.n_states, result.n_pairs) == size:
             return result
