@@ -24,12 +24,16 @@ from ltlc.ltl.formula import (
     Until,
     WeakUntil,
     Xor,
+    fold,
     postorder,
     propositions,
 )
+from ltlc.ltl.hierarchy import HierarchyClass, classify
+from ltlc.ltl.normal import nnf
 from ltlc.ltl.parser import parse, read_formulas
 from ltlc.ltl.printer import Syntax, to_text
-from ltlc.ltl.rewrite import nnf, simplify
+from ltlc.ltl.purity import is_pure_eventuality, is_pure_universality
+from ltlc.ltl.rewrite import simplify
 from ltlc.ltl.semantics import LassoWord, Letter, satisfies
 from ltlc.ltl.words import parse_word
 
@@ -41,6 +45,7 @@ __all__ = [
     "Constant",
     "Eventually",
     "Formula",
+    "HierarchyClass",
     "Iff",
     "Implies",
     "LassoWord",
@@ -56,6 +61,10 @@ __all__ = [
     "Until",
     "WeakUntil",
     "Xor",
+    "classify",
+    "fold",
+    "is_pure_eventuality",
+    "is_pure_universality",
     "nnf",
     "parse",
     "parse_word",

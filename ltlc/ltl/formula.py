@@ -7,9 +7,12 @@ are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; nothing e
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
-from typing import Any, ClassVar, Self
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar, Self, TypeVar
 from weakref import WeakValueDictionary
+
+
+T = TypeVar("T")
 
 
 class Formula:
@@ -246,6 +249,34 @@ def postorder(formula: Formula) -> Iterator[Formula]:
             seen.add(id(node))
             stack.append((node, True))
             stack.extend((child, False) for child in reversed(node.args))
+
+
+def fold(
+    formula: Formula,
+    done: dict[Formula, T],
+    compute: Callable[[Formula, list[T]], T],
+    within: tuple[type[Formula], ...] | None = None,
+) -> T:
+    """Evaluates a formula bottom-up without recursion: `compute(node, values of its operands)`, once per node.
+
+    Args:
+        formula: where to start.
+        done: values known already, kept between calls; the new ones are added.
+        compute: the value of a node.
+        within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
+    """
+    stack = [] if formula in done else [formula]
+    while stack:
+        node = stack[-1]
+        args = node.args if within is None or isinstance(node, within) else ()
+        missing = [] if node in done else [child for child in args if child not in done]
+        if missing:
+            stack.extend(missing)
+            continue
+        if node not in done:
+            done[node] = compute(node, [done[child] for child in args])
+        stack.pop()
+    return done[formula]
 
 
 def _flatten(formula: Formula) -> list[tuple[Any, ...]]:

@@ -26,7 +26,7 @@ from ltlc.ltl.formula import (
     Until,
     WeakUntil,
     Xor,
-    postorder,
+    fold,
 )
 
 Syntax = Literal["plain", "unicode", "latex", "spot", "prism"]
@@ -198,12 +198,11 @@ def _expand(node: Formula, least: int, style: _Style) -> list[str | tuple[Formul
 
 def _core(formula: Formula) -> Formula:
     """The formula with ! & | X U F G only."""
-    done: dict[Formula, Formula] = {}
-    for node in postorder(formula):
-        args = tuple(done[child] for child in node.args)
-        rewrite = _CORE.get(type(node))
-        done[node] = rewrite(*args) if rewrite else node.with_args(args)
-    return done[formula]
+
+    def rewrite(node: Formula, args: list[Formula]) -> Formula:
+        return _CORE[type(node)](*args) if type(node) in _CORE else node.with_args(tuple(args))
+
+    return fold(formula, {}, rewrite)
 
 
 _CORE: Mapping[type[Formula], Callable[[Formula, Formula], Formula]] = MappingProxyType(
