@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc import graph
-from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
+from ltlc.automata.alphabet import Alphabet, BoolArray, IntArray, letter_classes
 from ltlc.automata.emptiness import (
     All,
     Condition,
@@ -47,14 +47,13 @@ class _Product(NamedTuple):
     letters: IntArray
     """shape (n_letters,); one letter over `aps` for each joint letter class."""
 
-    def word(self, edges: Sequence[Edge]) -> list[frozenset[str]]:
+    def letters_along(self, edges: Sequence[Edge]) -> list[int]:
         """Letters that lead along these edges."""
         columns = (
             next(c for c in range(len(self.letters)) if self.delta[q, c] == target and self.marks[q][c] == marks)
             for q, target, marks in edges
         )
-        letters = (int(self.letters[c]) for c in columns)
-        return [frozenset(name for i, name in enumerate(self.aps) if letter >> i & 1) for letter in letters]
+        return [int(self.letters[c]) for c in columns]
 
 
 def is_empty(a: RabinAutomaton) -> bool:
@@ -76,32 +75,41 @@ def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
     """A word that exactly one of the automata accepts, or None if they are equivalent."""
     from ltlc.ltl.semantics import LassoWord
 
+    found = distinguishing_letters(a, b)
+    if found is None:
+        return None
+    aps, prefix, cycle = found
+    return LassoWord(_letter_sets(aps, prefix), _letter_sets(aps, cycle))
+
+
+def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[str, ...], list[int], list[int]] | None:
+    """`counterexample` as propositions, and prefix and cycle as bitmasks over them.
+
+    The propositions are those that matter to one of the automata, in the order of a and then b.
+    """
     product = _product(a, b)
     walk = accepting_walk(product.edges, _exactly_one(a.n_pairs, b.n_pairs), 0)
-    return walk and LassoWord(product.word(walk[0]), product.word(walk[1]))
+    return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
 def equivalent_states(a: RabinAutomaton) -> IntArray:
     """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
 
-    Bisimilar states are merged first, and states separated by words that lead to a deadlock or an accepting sink are
+    Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
     not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
     exactly one side accepts.
     """
-    bisimilar = refine(a.delta, number_blocks(_mark_rows(a)))
+    bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
-    facts = np.zeros(a.n_states, dtype=np.int32)
-    facts[list(a.deadlocks)] = 1
-    facts[list(a.accepting_sinks)] = 2
-    block = refine(delta, facts[first])
-    undecided = (block[:, None] == block[None, :]) & (facts[first] == 0)[:, None]
+    marks = [a.edge_marks[q] for q in first.tolist()]
+    block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
+    undecided = block[:, None] == block[None, :]
     np.fill_diagonal(undecided, False)
     left, right = np.nonzero(undecided)
     node = np.full(undecided.shape, -1, dtype=np.int32)
     node[left, right] = np.arange(len(left), dtype=np.int32)
 
-    marks = [a.edge_marks[q] for q in first.tolist()]
     shift = 2 * a.n_pairs
     edges = []
     for targets, p, q in zip(node[delta[left], delta[right]].tolist(), left.tolist(), right.tolist(), strict=True):
@@ -111,11 +119,36 @@ def equivalent_states(a: RabinAutomaton) -> IntArray:
     different = np.zeros(len(left), dtype=np.bool_)
     different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
 
-    decided_first = np.unique(block, return_index=True)[1][block]
-    smallest = np.where(facts[first] == 0, np.arange(len(first)), decided_first)
-    same = ~different
-    np.minimum.at(smallest, left[same], right[same])
+    smallest = np.arange(len(first))
+    np.minimum.at(smallest, left[~different], right[~different])
     return number_blocks(smallest[bisimilar].tolist())
+
+
+def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
+    """A partition of the states by the words `letter; cycle` of one or two letter classes that they accept."""
+    n_states, n_classes = delta.shape
+    blocks = np.zeros(n_states, dtype=np.int32)
+    if not 1 <= n_pairs <= 31:
+        return blocks
+    target = delta.T.astype(np.int64)
+    seen = np.array(marks, dtype=np.int64).T
+    rows = np.arange(n_classes)[:, None]
+    verdicts = [_accepted_for_ever(target, seen, n_pairs)]
+    for step in range(1, min(n_classes, 8)):
+        other = (rows + step) % n_classes
+        verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
+    return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
+
+
+def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
+    """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
+    rows = np.arange(len(target))[:, None]
+    for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
+        target, seen = target[rows, target], seen | seen[rows, target]
+    on_cycle = seen[rows, target]
+    pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
+    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
+    return accepted
 
 
 def _only_first(n_first: int, n_second: int) -> Condition:
@@ -137,9 +170,8 @@ def _parts(condition: Condition) -> tuple[Condition, ...]:
     return condition.parts if isinstance(condition, Some) else (condition,)
 
 
-def _mark_rows(a: RabinAutomaton) -> list[tuple[int, ...]]:
-    """What bisimilar states must agree on: the marks on their edges."""
-    return [tuple(row) for row in a.edge_marks]
+def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:
+    return tuple(frozenset(name for i, name in enumerate(aps) if letter >> i & 1) for letter in letters)
 
 
 def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:

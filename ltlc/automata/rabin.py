@@ -126,6 +126,12 @@ class RabinAutomaton:
         return tuple(RabinPair(entries(fin), entries(inf)) for fin, inf in zip(self.fin, self.inf, strict=True))
 
     @cached_property
+    def rows(self) -> list[list[int]]:
+        """`delta` as lists, which are faster than arrays to look at entry by entry."""
+        rows: list[list[int]] = self.delta.tolist()
+        return rows
+
+    @cached_property
     def edge_marks(self) -> list[list[int]]:
         """Marks seen on `delta[state, class]` as integers: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
         if self.n_pairs <= 31:
@@ -143,7 +149,7 @@ class RabinAutomaton:
         """Per state, its distinct (next state, marks) in increasing order; marks as in `edge_marks`."""
         return [
             sorted(set(zip(targets, marks, strict=True)))
-            for targets, marks in zip(self.delta.tolist(), self.edge_marks, strict=True)
+            for targets, marks in zip(self.rows, self.edge_marks, strict=True)
         ]
 
     @cached_property

@@ -12,17 +12,29 @@ from ltlc.automata.compare import equivalent_states
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.retarget import EFFORT, merge_by_trial
 
 
-def reduce(automaton: RabinAutomaton) -> RabinAutomaton:
+def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
     """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
 
     One deadlock and one accepting sink remain at most.
+
+    Args:
+        automaton: any Rabin automaton.
+        effort: see `merge_by_trial`; 0 leaves that step out.
     """
-    result = canonical(automaton)
+    result = _settled(merge_equivalent(merge_bisimilar(canonical(automaton))))
+    smaller = merge_by_trial(result, effort)
+    return result if smaller.n_states == result.n_states else _settled(smaller)
+
+
+def _settled(automaton: RabinAutomaton) -> RabinAutomaton:
+    """Simplify marks and merge bisimilar states in turn, until neither finds anything."""
+    result = canonical(merge_bisimilar(automaton))
     while True:
         size = (result.n_states, result.n_pairs)
-        result = canonical(merge_bisimilar(simplify_marks(merge_equivalent(result))))
+        result = canonical(merge_bisimilar(simplify_marks(result)))
         if (result.n_states, result.n_pairs) == size:
             return result
 

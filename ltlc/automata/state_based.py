@@ -10,11 +10,12 @@ from itertools import permutations
 import numpy as np
 
 from ltlc.automata.emptiness import All, Condition, Edge, Some, accepting_parts, rabin, streett
-from ltlc.automata.marks import Component, components, simplify_marks
+from ltlc.automata.marks import Component, components
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.reduce import reduce
+from ltlc.automata.retarget import EFFORT
 
-MAX_CHECKED_EDGES = 20_000
+MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
 
 
@@ -25,24 +26,40 @@ def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
     return replace(automaton, fin=automaton.edge_fin, inf=automaton.edge_inf, acceptance="transition")
 
 
-def to_state_based(automaton: RabinAutomaton) -> RabinAutomaton:
+def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
     """An equivalent automaton with acceptance on states, reduced and canonical.
 
     A state is split by the marks of the transitions that enter it from its own strong component; other transitions
     enter any copy. Before, marks that do not matter are chosen such that few states are split: the marks of one group
-    of transitions into a state become those of another wherever no cycle changes its acceptance.
+    of transitions into a state become those of another wherever no cycle changes its acceptance. The second attempt
+    also leaves out a mark that the state before carries: a run takes it just as often infinitely often, and the copies
+    have more in common.
+
+    Args:
+        automaton: any Rabin automaton.
+        effort: see `merge_by_trial`.
     """
+    reduced = reduce(automaton, effort=effort)
     if automaton.acceptance == "state":
-        return reduce(automaton)
-    reduced = reduce(automaton)
+        return reduced
     marks: dict[Edge, int] = {}
     for component in components(reduced):
         marks.update(_even_marks(component))
-    return reduce(_split(reduced, marks))
+    best = reduce(_split(reduced, marks), effort=effort)
+    if best.n_states > reduced.n_states:
+        alternative = reduce(_split(reduced, marks, once=True), effort=effort)
+        best = min(best, alternative, key=lambda a: a.n_states)
+    return best
 
 
-def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int]) -> RabinAutomaton:
-    """States are (state, marks on entry); `marks` gives the marks of the edges inside strong components."""
+def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:
+    """States are (state, marks on entry).
+
+    Args:
+        automaton: with acceptance on transitions.
+        marks: new marks of the edges inside strong components; the others have none.
+        once: leave out marks on entry that the state before has.
+    """
     copies: dict[int, set[int]] = defaultdict(set)
     for (_, target, _), new in marks.items():
         copies[target].add(new)
@@ -53,11 +70,15 @@ def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int]) -> RabinAutomat
     order = [(start, some_copy.get(start, 0))]
     number = {order[0]: 0}
     delta: list[list[int]] = []
-    for state, _ in order:  # grows while it is read
+    for state, carried in order:  # grows while it is read
         delta.append([])
         for target, old in zip(rows[state], old_marks[state], strict=True):
             entry = marks.get((state, target, old))
-            node = (target, some_copy.get(target, 0) if entry is None else entry)
+            if entry is None:
+                entry = some_copy.get(target, 0)
+            elif once:
+                entry &= ~carried
+            node = (target, entry)
             if node not in number:
                 number[node] = len(order)
                 order.append(node)
@@ -82,7 +103,7 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     into: dict[int, list[Edge]] = defaultdict(list)
     for edge in component.edges:
         into[edge[1]].append(edge)
-    budget = MAX_CHECKED_EDGES
+    budget = MAX_EDGES_CHECKED
     differ = _differ(component.n_pairs)
     for edges in into.values():
         merged = True
