@@ -12,7 +12,6 @@ from ltlc.automata.alphabet import (
     letter_classes,
     project,
     proposition_column,
-    quoted,
     shortest_guard,
     support,
     truth_table,
@@ -65,15 +64,6 @@ def test_guard_text(letter_class: list[int], classes: list[int], text: str) -> N
 def test_names_are_quoted_where_they_need_it() -> None:
     alphabet = Alphabet(("U", "at home", 'say "hi"', "door_1"), np.arange(16))
     assert guard_text(alphabet, [15]) == '"U" & "at home" & "say \\"hi\\"" & door_1'
-    assert [quoted(name) for name in ("a", "p0", "_x", "true", "Goal", "1", "")] == [
-        "a",
-        "p0",
-        "_x",
-        '"true"',
-        '"Goal"',
-        '"1"',
-        '""',
-    ]
 
 
 def test_other_names_for_other_formats() -> None:

@@ -7,7 +7,7 @@ pair of a accepts and no pair of b: one Rabin pair together with a Streett condi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +29,7 @@ from ltlc.automata.emptiness import (
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
-
-if TYPE_CHECKING:
-    from ltlc.ltl.semantics import LassoWord
+from ltlc.ltl.semantics import LassoWord
 
 
 class _Product(NamedTuple):
@@ -73,8 +71,6 @@ def equivalent(a: RabinAutomaton, b: RabinAutomaton) -> bool:
 
 def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
     """A word that exactly one of the automata accepts, or None if they are equivalent."""
-    from ltlc.ltl.semantics import LassoWord
-
     found = distinguishing_letters(a, b)
     if found is None:
         return None
