@@ -88,30 +88,40 @@ def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[
     return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
-def equivalent_states(a: RabinAutomaton) -> IntArray:
+def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArray:
     """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
 
     Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
     not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
     exactly one side accepts.
+
+    Args:
+        a: any Rabin automaton.
+        max_edges: product edges to look at; the largest groups of states that would need more count as different, so
+            that states of one class still have the same language. None: decide all.
     """
     bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
     marks = [a.edge_marks[q] for q in first.tolist()]
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
-    undecided = block[:, None] == block[None, :]
-    np.fill_diagonal(undecided, False)
-    left, right = np.nonzero(undecided)
-    node = np.full(undecided.shape, -1, dtype=np.int32)
-    node[left, right] = np.arange(len(left), dtype=np.int32)
+    left, right = _pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
 
     shift = 2 * a.n_pairs
-    edges = []
-    for targets, p, q in zip(node[delta[left], delta[right]].tolist(), left.tolist(), right.tolist(), strict=True):
-        row = set(zip(targets, marks[p], marks[q], strict=True))
-        edges.append(sorted((t, m | n << shift) for t, m, n in row if t >= 0))
-    told_apart = accepting_nodes(edges, _exactly_one(a.n_pairs, a.n_pairs))
+    rows = delta.tolist()
+    edges: list[list[tuple[int, int]]] = []
+    told_apart: set[int] = set()
+    for p, q in node:
+        steps = {
+            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
+        }
+        if all((s, t) in node for s, t, _ in steps):
+            edges.append(sorted((node[s, t], m) for s, t, m in steps))
+        else:
+            told_apart.add(len(edges))
+            edges.append([])
+    told_apart |= accepting_nodes(edges, _exactly_one(a.n_pairs, a.n_pairs))
     different = np.zeros(len(left), dtype=np.bool_)
     different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
 
@@ -120,8 +130,23 @@ def equivalent_states(a: RabinAutomaton) -> IntArray:
     return number_blocks(smallest[bisimilar].tolist())
 
 
+def _pairs_within(block: IntArray, limit: int | None) -> tuple[IntArray, IntArray]:
+    """All ordered pairs of different states of one block, small blocks first, whole blocks up to a limit of pairs."""
+    sizes = np.bincount(block).astype(np.int64)
+    by_size = np.argsort(sizes, kind="stable")
+    pairs = np.cumsum((sizes * (sizes - 1))[by_size])
+    chosen = by_size if limit is None else by_size[pairs <= limit]
+    found = [np.zeros((2, 0), dtype=np.int32)]
+    for b in chosen[sizes[chosen] > 1].tolist():
+        members = np.flatnonzero(block == b).astype(np.int32)
+        left, right = np.repeat(members, len(members)), np.tile(members, len(members))
+        found.append(np.array([left[left != right], right[left != right]]))
+    left, right = np.concatenate(found, axis=1)
+    return left, right
+
+
 def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
-    """A partition of the states by the words `letter; cycle` of one or two letter classes that they accept."""
+    """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
     n_states, n_classes = delta.shape
     blocks = np.zeros(n_states, dtype=np.int32)
     if not 1 <= n_pairs <= 31:
