@@ -2,16 +2,20 @@
 
 from ltlc.automata.alphabet import Alphabet, guard_text
 from ltlc.automata.annotate import Annotations, ComponentKind, annotate
+from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import counterexample, equivalent, equivalent_states, included, is_empty
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.rabin import RabinAutomaton, RabinPair
 from ltlc.automata.reduce import merge_bisimilar, merge_equivalent, reduce
+from ltlc.automata.retarget import merge_by_trial
 from ltlc.automata.state_based import to_state_based, to_transition_based
 
 __all__ = [
     "Alphabet",
     "Annotations",
+    "BuchiAutomaton",
+    "BuchiEdge",
     "ComponentKind",
     "RabinAutomaton",
     "RabinPair",
@@ -24,6 +28,7 @@ __all__ = [
     "included",
     "is_empty",
     "merge_bisimilar",
+    "merge_by_trial",
     "merge_equivalent",
     "reduce",
     "simplify_marks",

@@ -6,7 +6,6 @@ length 2**n with one entry per letter. Letters on which all functions of interes
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,12 +14,12 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.ltl.formula import Proposition
+
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
-_PLAIN_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_RESERVED = re.compile(r"[XFGURWM]+|true|false|t|f|not|xor|[FGX][A-Za-z0-9_]*")
 
 
 class HasLetters(Protocol):
@@ -103,14 +102,7 @@ def guard_text(source: HasLetters, classes: Iterable[int]) -> str:
     alphabet = source if isinstance(source, Alphabet) else getattr(source, "alphabet", None)
     if not isinstance(alphabet, Alphabet):
         alphabet = Alphabet(source.aps, source.letter_class)
-    return alphabet.guard(classes).text([quoted(name) for name in alphabet.aps])
-
-
-def quoted(name: str) -> str:
-    """The name as LTL syntax reads it back: itself if it is a plain name, else in double quotes."""
-    if _PLAIN_NAME.fullmatch(name) and not _RESERVED.fullmatch(name):
-        return name
-    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return alphabet.guard(classes).text([str(Proposition(name)) for name in alphabet.aps])
 
 
 def proposition_column(index: int, n_aps: int) -> BoolArray:

@@ -1,66 +1,76 @@
-"""The nondeterministic automaton: transition-based generalized Buchi acceptance, symbolic edges.
-
-It stands between the tableau and determinization and never leaves the library. Letters are letter classes; a set of
-them is a Python integer used as a bitmask.
-"""
+"""The nondeterministic automaton: transition-based generalized Buchi, edges labelled with sets of letters."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ltlc import graph
+from ltlc.automata.emptiness import All, Inf, accepting_nodes
+from ltlc.errors import InvalidAutomatonError
 
 
-class Edge(NamedTuple):
-    """A move to `target` on any letter in `letters`, in the acceptance sets `marks`; both are bitmasks."""
+class BuchiEdge(NamedTuple):
+    """An edge for every letter of a set."""
 
     letters: int
+    """bit k = letter (or letter class) k is read."""
     target: int
     marks: int
+    """bit i = the edge is in acceptance set i."""
 
 
 @dataclass(frozen=True)
 class BuchiAutomaton:
-    """A word is accepted iff some run on it takes edges of every acceptance set infinitely often."""
+    """A run is accepted iff it takes edges of each acceptance set infinitely often; a word, iff one of its runs is.
 
-    n_classes: int
-    """number of letter classes."""
+    Raises:
+        InvalidAutomatonError: a state, letter or mark is out of range.
+    """
+
+    n_letters: int
     initial: tuple[int, ...]
-    """the initial states."""
-    edges: tuple[tuple[Edge, ...], ...]
-    """outgoing edges by state."""
+    """initial states."""
+    edges: tuple[tuple[BuchiEdge, ...], ...]
+    """outgoing edges per state; a letter without an edge ends the run."""
     n_sets: int
-    """number of acceptance sets; with none, every infinite run is accepting."""
+    """number of acceptance sets; with none, every infinite run is accepted."""
+
+    def __post_init__(self) -> None:
+        n = len(self.edges)
+        fits = all(0 <= q < n for q in self.initial) and all(
+            0 <= edge.target < n and 0 <= edge.letters < 1 << self.n_letters and 0 <= edge.marks < 1 << self.n_sets
+            for row in self.edges
+            for edge in row
+        )
+        if not fits:
+            raise InvalidAutomatonError("an initial state, a target, a letter or a mark is out of range")
 
     @property
     def n_states(self) -> int:
         """Number of states."""
         return len(self.edges)
 
-    def successors(self) -> list[list[int]]:
-        """Target states of each state."""
-        return [[edge.target for edge in out] for out in self.edges]
+    def successors(self, states: Iterable[int], letter: int) -> list[int]:
+        """The states reached from some of these by one letter, in increasing order."""
+        return sorted({e.target for q in states for e in self.edges[q] if e.letters >> letter & 1})
 
     def accepts(self, prefix: Sequence[int], cycle: Sequence[int]) -> bool:
-        """Whether the word of letter classes `prefix` followed by `cycle` for ever has an accepting run.
-
-        A search for a strong component with all marks in the product of states and word positions; for tests.
-        """
-        word = [*prefix, *cycle]
-        n = len(word)
-        following = [*range(1, n), len(prefix)]
-        arcs: list[list[tuple[int, int]]] = [
-            [(e.target * n + following[i], e.marks) for e in self.edges[q] if e.letters >> word[i] & 1]
-            for q in range(self.n_states)
-            for i in range(n)
-        ]
-        successors = [[target for target, _ in out] for out in arcs]
-        component = graph.strong_components(successors)
-        seen: dict[int, int] = {}
-        for node in graph.reachable(successors, [q * n for q in self.initial]):
-            for target, marks in arcs[node]:
-                if component[target] == component[node]:
-                    seen[component[node]] = seen.get(component[node], 0) | marks
-        return any(marks == (1 << self.n_sets) - 1 for marks in seen.values())
+        """Whether the word `prefix` followed by `cycle` for ever is accepted; `cycle` must not be empty."""
+        states = list(self.initial)
+        for letter in prefix:
+            states = self.successors(states, letter)
+        length = len(cycle)
+        number = {(state, 0): i for i, state in enumerate(dict.fromkeys(states))}
+        order = list(number)
+        rows: list[list[tuple[int, int]]] = []
+        for state, position in order:  # grows while it is read
+            rows.append([])
+            for letters, target, marks in self.edges[state]:
+                if letters >> cycle[position] & 1:
+                    node = (target, (position + 1) % length)
+                    if node not in number:
+                        number[node] = len(order)
+                        order.append(node)
+                    rows[-1].append((number[node], marks))
+        return bool(accepting_nodes(rows, All(tuple(Inf(i) for i in range(self.n_sets)))))

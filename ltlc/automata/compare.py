@@ -7,13 +7,13 @@ pair of a accepts and no pair of b: one Rabin pair together with a Streett condi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ltlc import graph
-from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
+from ltlc.automata.alphabet import Alphabet, BoolArray, IntArray, letter_classes
 from ltlc.automata.emptiness import (
     All,
     Condition,
@@ -29,9 +29,7 @@ from ltlc.automata.emptiness import (
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
-
-if TYPE_CHECKING:
-    from ltlc.ltl.semantics import LassoWord
+from ltlc.ltl.semantics import LassoWord
 
 
 class _Product(NamedTuple):
@@ -73,8 +71,6 @@ def equivalent(a: RabinAutomaton, b: RabinAutomaton) -> bool:
 
 def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
     """A word that exactly one of the automata accepts, or None if they are equivalent."""
-    from ltlc.ltl.semantics import LassoWord
-
     found = distinguishing_letters(a, b)
     if found is None:
         return None
@@ -92,41 +88,88 @@ def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[
     return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
-def equivalent_states(a: RabinAutomaton) -> IntArray:
+def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArray:
     """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
 
-    Bisimilar states are merged first, and states separated by words that lead to a deadlock or an accepting sink are
+    Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
     not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
     exactly one side accepts.
+
+    Args:
+        a: any Rabin automaton.
+        max_edges: product edges to look at; the largest groups of states that would need more count as different, so
+            that states of one class still have the same language. None: decide all.
     """
-    bisimilar = refine(a.delta, number_blocks(_mark_rows(a)))
+    bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
-    facts = np.zeros(a.n_states, dtype=np.int32)
-    facts[list(a.deadlocks)] = 1
-    facts[list(a.accepting_sinks)] = 2
-    block = refine(delta, facts[first])
-    undecided = (block[:, None] == block[None, :]) & (facts[first] == 0)[:, None]
-    np.fill_diagonal(undecided, False)
-    left, right = np.nonzero(undecided)
-    node = np.full(undecided.shape, -1, dtype=np.int32)
-    node[left, right] = np.arange(len(left), dtype=np.int32)
-
     marks = [a.edge_marks[q] for q in first.tolist()]
+    block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
+    left, right = _pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
+
     shift = 2 * a.n_pairs
-    edges = []
-    for targets, p, q in zip(node[delta[left], delta[right]].tolist(), left.tolist(), right.tolist(), strict=True):
-        row = set(zip(targets, marks[p], marks[q], strict=True))
-        edges.append(sorted((t, m | n << shift) for t, m, n in row if t >= 0))
-    told_apart = accepting_nodes(edges, _exactly_one(a.n_pairs, a.n_pairs))
+    rows = delta.tolist()
+    edges: list[list[tuple[int, int]]] = []
+    told_apart: set[int] = set()
+    for p, q in node:
+        steps = {
+            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
+        }
+        if all((s, t) in node for s, t, _ in steps):
+            edges.append(sorted((node[s, t], m) for s, t, m in steps))
+        else:
+            told_apart.add(len(edges))
+            edges.append([])
+    told_apart |= accepting_nodes(edges, _exactly_one(a.n_pairs, a.n_pairs))
     different = np.zeros(len(left), dtype=np.bool_)
     different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
 
-    decided_first = np.unique(block, return_index=True)[1][block]
-    smallest = np.where(facts[first] == 0, np.arange(len(first)), decided_first)
-    same = ~different
-    np.minimum.at(smallest, left[same], right[same])
+    smallest = np.arange(len(first))
+    np.minimum.at(smallest, left[~different], right[~different])
     return number_blocks(smallest[bisimilar].tolist())
+
+
+def _pairs_within(block: IntArray, limit: int | None) -> tuple[IntArray, IntArray]:
+    """All ordered pairs of different states of one block, small blocks first, whole blocks up to a limit of pairs."""
+    sizes = np.bincount(block).astype(np.int64)
+    by_size = np.argsort(sizes, kind="stable")
+    pairs = np.cumsum((sizes * (sizes - 1))[by_size])
+    chosen = by_size if limit is None else by_size[pairs <= limit]
+    found = [np.zeros((2, 0), dtype=np.int32)]
+    for b in chosen[sizes[chosen] > 1].tolist():
+        members = np.flatnonzero(block == b).astype(np.int32)
+        left, right = np.repeat(members, len(members)), np.tile(members, len(members))
+        found.append(np.array([left[left != right], right[left != right]]))
+    left, right = np.concatenate(found, axis=1)
+    return left, right
+
+
+def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
+    """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
+    n_states, n_classes = delta.shape
+    blocks = np.zeros(n_states, dtype=np.int32)
+    if not 1 <= n_pairs <= 31:
+        return blocks
+    target = delta.T.astype(np.int64)
+    seen = np.array(marks, dtype=np.int64).T
+    rows = np.arange(n_classes)[:, None]
+    verdicts = [_accepted_for_ever(target, seen, n_pairs)]
+    for step in range(1, min(n_classes, 8)):
+        other = (rows + step) % n_classes
+        verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
+    return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
+
+
+def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
+    """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
+    rows = np.arange(len(target))[:, None]
+    for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
+        target, seen = target[rows, target], seen | seen[rows, target]
+    on_cycle = seen[rows, target]
+    pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
+    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
+    return accepted
 
 
 def _only_first(n_first: int, n_second: int) -> Condition:
@@ -150,11 +193,6 @@ def _parts(condition: Condition) -> tuple[Condition, ...]:
 
 def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:
     return tuple(frozenset(name for i, name in enumerate(aps) if letter >> i & 1) for letter in letters)
-
-
-def _mark_rows(a: RabinAutomaton) -> list[tuple[int, ...]]:
-    """What bisimilar states must agree on: the marks on their edges."""
-    return [tuple(row) for row in a.edge_marks]
 
 
 def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:

@@ -29,13 +29,18 @@ def application() -> typer.Typer:
     return app
 
 
-def _ltlc(
-    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
-) -> None:
-    """Compile linear temporal logic into deterministic Rabin automata."""
-    if version:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         print(f"ltlc {__version__}")
         raise typer.Exit
+
+
+def _ltlc(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
+    ] = False,
+) -> None:
+    """Compile linear temporal logic into deterministic Rabin automata."""
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -64,6 +69,8 @@ def run(arguments: Sequence[str]) -> int:
             return complain("out of memory; --max-states with a smaller number stops earlier", code=3)
         except typer.Abort:
             return 130
+        except SystemExit as done:  # shell completion ends that way
+            code = done.code
         except Exception:
             traceback.print_exc()
             return complain("this is a bug; please report it with the lines above", code=70)

@@ -8,6 +8,7 @@ from ltlc.envs.grid_map import HOLD, GridMap, grid_map
 from ltlc.envs.labels import LabelFunction
 from ltlc.envs.recorded import RECORDED, recorded_automaton
 from ltlc.envs.registration import register_envs
+from ltlc.envs.tabular import labelled_mdp
 from ltlc.envs.thesis import thesis_map, thesis_vector_world, thesis_world
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
 from ltlc.envs.wrapper import LTLWrapper
@@ -22,6 +23,7 @@ __all__ = [
     "LabelFunction",
     "VectorGridWorld",
     "grid_map",
+    "labelled_mdp",
     "recorded_automaton",
     "register_envs",
     "thesis_map",

@@ -65,7 +65,7 @@ class Chances:
 
 def fresh_keys(n: int) -> npt.NDArray[np.uint64]:
     """Keys from the entropy of the operating system."""
-    return np.random.SeedSequence().generate_state(n, np.uint64)
+    return np.random.SeedSequence().generate_state(n, np.uint64).astype(np.uint64)
 
 
 def _mix(word: int) -> int:

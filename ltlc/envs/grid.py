@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import gymnasium as gym
 import numpy as np
@@ -53,7 +53,10 @@ class GridWorld(gym.Env[Any, Any]):
         propositions: what labels are made of.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["ansi", "rgb_array"], "render_fps": 8}
+    metadata = {  # noqa: RUF012 - as Gymnasium has it
+        "render_modes": ["ansi", "rgb_array"],
+        "render_fps": 8,
+    }
 
     def __init__(
         self,
@@ -175,7 +178,9 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         render_mode: str | None = None,
     ) -> None:
         if num_envs < 1 or (max_episode_steps is not None and max_episode_steps < 1):
-            raise InvalidArgumentError(f"num_envs is {num_envs}, max_episode_steps {max_episode_steps}; both start at 1")
+            raise InvalidArgumentError(
+                f"num_envs is {num_envs}, max_episode_steps {max_episode_steps}; both start at 1"
+            )
         if render_mode not in (None, *GridWorld.metadata["render_modes"]):
             raise UnknownNameError("render mode", str(render_mode), GridWorld.metadata["render_modes"])
         self.layout = _read(map, labels, start, slip, actions, miss)
@@ -221,7 +226,7 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         """Move all copies.
 
         Raises:
-            InvalidArgumentError: an action is out of range; with autoreset mode DISABLED: a finished copy was not reset.
+            InvalidArgumentError: an action is out of range, or (mode DISABLED) a finished copy was not reset.
         """
         n, n_actions = self.num_envs, self.layout.n_actions
         actions = np.asarray(actions)

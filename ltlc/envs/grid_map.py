@@ -214,11 +214,15 @@ def _start(rows: Sequence[str], start: tuple[int, int] | None) -> int:
     marked = [i for i, character in enumerate("".join(rows)) if character == _START]
     if start is None:
         if len(marked) != 1:
-            raise InvalidArgumentError(f"the grid map has {len(marked)} cells marked S; mark one, or pass start=(row, column)")
+            raise InvalidArgumentError(
+                f"the grid map has {len(marked)} cells marked S; mark one, or pass start=(row, column)"
+            )
         return marked[0]
     row, column = start
     if not (0 <= row < len(rows) and 0 <= column < len(rows[0])) or rows[row][column] == _WALL:
-        raise InvalidArgumentError(f"start {tuple(start)} is a wall or lies outside the {len(rows)} x {len(rows[0])} map")
+        raise InvalidArgumentError(
+            f"start {tuple(start)} is a wall or lies outside the {len(rows)} x {len(rows[0])} map"
+        )
     return row * len(rows[0]) + column
 
 

@@ -103,7 +103,9 @@ class _FromPredicates:
     def __init__(self, predicates: Mapping[str, Predicate]) -> None:
         for name, predicate in predicates.items():
             if not callable(predicate):
-                raise InvalidArgumentError(f"the predicate {name!r} is {predicate!r}, not a function of the observation")
+                raise InvalidArgumentError(
+                    f"the predicate {name!r} is {predicate!r}, not a function of the observation"
+                )
         self.predicates = dict(predicates)
 
     def __call__(self, observation: Any, info: dict[str, Any]) -> dict[str, Any]:
@@ -173,34 +175,16 @@ class Labeller:
             known = None
         if known is not None and type(label) in (frozenset, str, tuple):
             return known
-        if isinstance(label, str):
-            letter = self._of_names(name for name in re.split(r"[\s,;&]+", label) if name)
-        elif isinstance(label, Mapping):
-            letter = 0
-            for name, holds in label.items():
-                if _truth(name, holds):
-                    letter |= self._name_bit(name)
-                elif name not in self._bit:
-                    self._name_bit(name)
-            return letter
-        elif isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
+        if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
             return int(self._encode_array(label[None], 1)[0])
-        elif isinstance(label, int | np.integer) and not isinstance(label, bool):
+        if isinstance(label, int | np.integer) and not isinstance(label, bool):
             return int(self._encode_array(np.array([label]), 1)[0])
-        elif isinstance(label, Iterable):
-            letter = self._of_names(label)
-        else:
-            raise InvalidArgumentError(f"a label is {label!r} ({type(label).__name__}); {_SINGLE}")
+        letter = 0
+        for name, holds in names_of(label).items():
+            bit = self._name_bit(name)  # also where it does not hold: a misspelt name never would
+            letter |= bit if holds else 0
         if isinstance(label, frozenset | str | tuple) and len(self._seen) < 1 << 16:
             self._seen[label] = letter
-        return letter
-
-    def _of_names(self, names: Iterable[Any]) -> int:
-        letter = 0
-        for name in names:
-            if not isinstance(name, str):
-                raise InvalidArgumentError(f"a label contains {name!r} ({type(name).__name__}); {_SINGLE}")
-            letter |= self._name_bit(name)
         return letter
 
     def _name_bit(self, name: str) -> int:
@@ -237,7 +221,7 @@ class Labeller:
             raise InvalidArgumentError(f"labels are {what}; {_BATCHED}")
         if self.vocabulary is None:
             raise InvalidArgumentError(
-                "bitmask and boolean-array labels need a vocabulary: wrap the function in LabelFunction(function, names)"
+                "bitmask and boolean-array labels need a vocabulary: wrap the function in LabelFunction(..., names)"
             )
         width = len(self.vocabulary)
         if label.dtype == np.bool_:
@@ -272,6 +256,25 @@ _BATCHED = (
     "expected an array of bitmasks or of event strings, a boolean array with a column per name, a dict from name to "
     "boolean array, or a sequence of single labels"
 )
+
+
+def names_of(label: Any) -> dict[str, bool]:
+    """The names that a single label speaks of, and whether each holds.
+
+    Raises:
+        InvalidArgumentError: the label is no set of names, event string or dict from name to bool.
+    """
+    if isinstance(label, Mapping):
+        return {name: _truth(name, holds) for name, holds in label.items()}
+    if isinstance(label, str):
+        return {name: True for name in re.split(r"[\s,;&]+", label) if name}
+    if not isinstance(label, Iterable):
+        raise InvalidArgumentError(f"a label is {label!r} ({type(label).__name__}); {_SINGLE}")
+    names = list(label)
+    for name in names:
+        if not isinstance(name, str):
+            raise InvalidArgumentError(f"a label contains {name!r} ({type(name).__name__}); {_SINGLE}")
+    return dict.fromkeys(names, True)
 
 
 def _truth(name: str, value: Any) -> bool:

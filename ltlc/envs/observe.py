@@ -78,11 +78,8 @@ class _FlatObserver(Observer):
         )
 
     def single(self, observation: Any, state: int) -> Any:
-        if isinstance(self.base, spaces.Box):
-            flat = observation.ravel()
-        else:
-            flat = spaces.flatten(self.base, observation)
-        return np.concatenate((flat, self.one_hot[state]), dtype=self.dtype, casting="unsafe")
+        flat = observation.ravel() if isinstance(self.base, spaces.Box) else spaces.flatten(self.base, observation)
+        return np.concatenate((flat, self.one_hot[state]), dtype=self.dtype, casting="unsafe")  # type: ignore[call-overload]
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         n = len(states)

@@ -78,9 +78,7 @@ _PHI_4 = """
 """
 _RECORDS = {
     "phi_1": _Record("F(A & F B) & G !C & F G T", 1, (0, 1, 2, 3, 4), (5,), _PHI_1, sink=0),
-    "phi_2": _Record(
-        "F(A & F(B & F T)) & G F A & G F B & G !C", 3, tuple(range(2, 13)), (0, 1), _PHI_2, sink=2
-    ),
+    "phi_2": _Record("F(A & F(B & F T)) & G F A & G F B & G !C", 3, tuple(range(2, 13)), (0, 1), _PHI_2, sink=2),
     "phi_3": _Record("F(A & F(B & F T))", 3, (), (0,), _PHI_3),
     "phi_4": _Record("F(A & F(B & F T)) & G F A & G F B", 2, tuple(range(2, 12)), (0, 1), _PHI_4),
 }

@@ -67,6 +67,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
+        self.labels = labels
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
         self._observer = observer(observation, env.single_observation_space, tables.n_states)
@@ -117,7 +118,9 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
             return self._finish_same_step(observations, base_rewards, terminated, truncated, infos)
         begun = self._finished if self._any_finished else None
         if self._restart_late.any():
-            observations, terminated, truncated = self._restart(observations, base_rewards, terminated, truncated, infos)
+            observations, terminated, truncated = self._restart(
+                observations, base_rewards, terminated, truncated, infos
+            )
         letters = self.labeller.letters(observations, infos, self.num_envs)
         base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun)
@@ -298,7 +301,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
     def _stack(self, each: Sequence[Any]) -> Any:
         """Batch a sequence of single observations."""
         space = self.env.single_observation_space
-        return concatenate(space, list(each), create_empty_array(space, len(each)))
+        return concatenate(space, list(each), create_empty_array(space, len(each)))  # type: ignore[arg-type]
 
 
 class _FlatTables:
@@ -355,5 +358,3 @@ def _copy(observation: Any) -> Any:
     if isinstance(observation, tuple):
         return tuple(_copy(value) for value in observation)
     return observation.copy() if isinstance(observation, np.ndarray) else observation
-
-

@@ -11,7 +11,7 @@ from ltlc.automata import RabinAutomaton
 from ltlc.envs.chance import Chance
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
-from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.errors import UnknownNameError
 from ltlc.ltl import Formula
 from ltlc.task import Task
 
@@ -77,6 +77,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
+        self.labels = labels
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self._observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self._observer.space

@@ -12,7 +12,7 @@ from html import escape
 
 from ltlc.automata.alphabet import quoted
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.formats.edges import Edge, edges, state_marks
+from ltlc.formats.edges import Edge, arrows, hidden_states, state_marks
 
 PAIR_COLORS = ("#0068a8", "#c44e00", "#7b3f9e", "#8f6a00", "#b02a5b", "#2f6f6f")
 """Dark enough for white text, told apart with the common kinds of colour blindness; pair 6 starts again."""
@@ -20,11 +20,13 @@ PAIR_COLORS = ("#0068a8", "#c44e00", "#7b3f9e", "#8f6a00", "#b02a5b", "#2f6f6f")
 _PAIR_TINTS = ("#e3eff7", "#fbeadf", "#efe6f4", "#f6efd9", "#f8e4ec", "#e2efef")
 _INK = "#24292f"
 _FAINT = "#8a9099"
+_FAINT_INK = "#57606a"
 _FONT = "Helvetica,Arial,sans-serif"
 _GUARD_WIDTH = 28
 _NARROW_GUARD_WIDTH = 18
 _TITLE_WIDTH = 90
 _MAX_STATES_SIDEWAYS = 12
+_LONG_NAME = 4
 
 
 def to_dot(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str:
@@ -41,7 +43,7 @@ def to_dot(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str:
 class _Drawing:
     def __init__(self, automaton: RabinAutomaton, hide_deadlock: bool) -> None:
         self.automaton = automaton
-        self.hidden = set(automaton.deadlocks) - {automaton.initial_state} if hide_deadlock else set()
+        self.hidden = hidden_states(automaton, hide_deadlock)
         # A pair whose inf is everywhere asks for fin alone, and is drawn so.
         self.fin_only = {i for i, marks in enumerate(automaton.inf) if marks.all()}
         self.n_shown = automaton.n_states - len(self.hidden)
@@ -49,28 +51,21 @@ class _Drawing:
     def text(self) -> str:
         automaton = self.automaton
         sideways = self.n_shown <= _MAX_STATES_SIDEWAYS
-        # What stands around a large drawing has to be read at the same distance as the whole of it.
-        scale = min(4.0, max(1.0, (self.n_shown / _MAX_STATES_SIDEWAYS) ** 0.75))
         on_states = automaton.acceptance == "state" and bool(automaton.n_pairs)
-        title = "deterministic Rabin automaton" if automaton.formula is None else automaton.formula
         lines = [
             "digraph automaton {",
-            f'  graph [rankdir={"LR" if sideways else "TB"}, nodesep=0.3, ranksep=0.5, pad=0.2,',
-            f'         dpi={144 if sideways else 96}, bgcolor=white,',
-            f'         fontname="{_FONT}", fontcolor="{_INK}", fontsize={11 * scale:.0f}, labelloc=b,',
-            f"         labeljust=l, label={_html(self._legend())}]",
-            f'  node [shape=circle, width={0.72 if on_states else 0.5}, margin=0.03, style=filled, fillcolor=white,',
+            f"  graph [rankdir={'LR' if sideways else 'TB'}, nodesep=0.3, ranksep=0.5, pad=0.2, bgcolor=white,",
+            f"         dpi={144 if sideways else 96}, concentrate=false, labelloc=t,",
+            f'         fontname="{_FONT}", fontcolor="{_INK}",',
+            f"         label=<{self._heading()}>]",
+            f"  node [shape=circle, width={0.72 if on_states else 0.5}, margin=0.03, style=filled, fillcolor=white,",
             f'        color="{_INK}", penwidth=1.2, fontname="{_FONT}", fontcolor="{_INK}", fontsize=13]',
             f'  edge [color="{_INK}", penwidth=1.1, arrowsize=0.7,',
             f'        fontname="{_FONT}", fontcolor="{_INK}", fontsize=11]',
-            "  subgraph cluster_automaton {",
-            f"    graph [peripheries=0, margin=12, labelloc=t, labeljust=c, fontsize={15 * scale:.0f},",
-            f'           label=<{_lines(title, _TITLE_WIDTH)}<BR/><FONT POINT-SIZE="6"> </FONT>>]',
-            '    start [shape=point, style=invis, width=0.01, height=0.01, label=""]',
+            '  start [shape=point, style=invis, width=0.01, height=0.01, label=""]',
             *(self._node(q) for q in range(automaton.n_states) if q not in self.hidden),
-            f"    start -> {automaton.initial_state} [penwidth=2.2, arrowsize=0.9]",
+            f"  start -> {automaton.initial_state} [penwidth=2.2, arrowsize=0.9]",
             *self._edges(),
-            "  }",
             "}",
         ]
         return "\n".join(lines) + "\n"
@@ -87,27 +82,25 @@ class _Drawing:
         elif q in automaton.accepting_sinks:
             text += " ✓"
             style = ', shape=doublecircle, fillcolor="#d9f0dc", color="#1b7a35", fontcolor="#125a26"'
-        elif wanted := [i for i in inf if i not in self.fin_only]:
+        elif len(name) > _LONG_NAME:
+            style = ', shape=box, style="filled,rounded"'
+        if not style and (wanted := [i for i in inf if i not in self.fin_only]):
             style = f', fillcolor="{_PAIR_TINTS[wanted[0] % len(_PAIR_TINTS)]}"'
         label = _html(f"<TR><TD>{text}</TD></TR><TR><TD>{_html_table(badges)}</TD></TR>") if badges else f"<{text}>"
-        return f"    {q} [label={label}{style}]"
+        return f"  {q} [label={label}{style}]"
 
     def _edges(self) -> list[str]:
         """One arrow from a state to another, with a row per set of marks: parallel arrows would hide each other."""
-        arrows: dict[tuple[int, int], list[Edge]] = {}
-        for edge in edges(self.automaton):
-            if edge.source not in self.hidden and edge.target not in self.hidden:
-                arrows.setdefault((edge.source, edge.target), []).append(edge)
         names = [quoted(name) for name in self.automaton.aps]
         width = _GUARD_WIDTH if self.n_shown <= _MAX_STATES_SIDEWAYS else _NARROW_GUARD_WIDTH
         result = []
-        for (source, target), parallel in arrows.items():
+        for (source, target), parallel in arrows(self.automaton, self.hidden).items():
             rows = ""
             for edge in parallel:
                 guard = self.automaton.alphabet.guard(edge.classes).text(names)
                 badges = self._badges(edge.fin, edge.inf)
                 rows += f"<TR><TD>{_lines(guard, width)}</TD>{_beside(badges)}</TR>"
-            result.append(f"    {source} -> {target} [label={_html(rows)}{self._stroke(target, parallel)}]")
+            result.append(f"  {source} -> {target} [label={_html(rows)}{self._stroke(target, parallel)}]")
         return result
 
     def _stroke(self, target: int, parallel: list[Edge]) -> str:
@@ -121,31 +114,44 @@ class _Drawing:
     def _badges(self, fin: tuple[int, ...], inf: tuple[int, ...]) -> list[str]:
         return [_badge(i, filled=True) for i in inf if i not in self.fin_only] + [_badge(i, filled=False) for i in fin]
 
-    def _legend(self) -> str:
-        """The rows of one table, so that the badges of all pairs stand below each other."""
+    def _heading(self) -> str:
+        """The formula, below it what the signs mean.
+
+        Both are the label of the whole graph, and text only: labels of clusters collide with edges, and tables are
+        stretched to the width of the longest line.
+        """
+        # What stands around a large drawing has to be read at the same distance as the whole of it.
+        scale = min(4.0, max(1.0, (self.n_shown / _MAX_STATES_SIDEWAYS) ** 0.75))
+        formula = self.automaton.formula
+        title = _lines("deterministic Rabin automaton" if formula is None else formula, _TITLE_WIDTH)
+        legend = (f'<FONT COLOR="{_FAINT_INK}">{_sized(line, 11 * scale)}</FONT>' for line in self._legend())
+        return "<BR/>".join([_sized(title, 15 * scale), _sized(" ", 4), *legend, _sized(" ", 11)])
+
+    def _legend(self) -> list[str]:
         automaton = self.automaton
-        empty = "<TD></TD>"
-        rows = []
+        lines = []
         for i in range(automaton.n_pairs):
-            needs_inf, needs_fin = i not in self.fin_only, bool(automaton.fin[i].any())
-            inf = _badge(i, filled=True) + _words("infinitely often") if needs_inf else empty * 2
-            fin = _badge(i, filled=False) + _words("only finitely often") if needs_fin else empty * 2
+            wanted = []
+            if i not in self.fin_only:
+                wanted.append(f'<FONT COLOR="{_color(i)}"><B>+{i}</B></FONT> infinitely often')
+            if automaton.fin[i].any():
+                wanted.append(f'<FONT COLOR="{_color(i)}"><B>−{i}</B></FONT> only finitely often')
             begin = "accepted iff a run sees" if i == 0 else "or"
-            between = "and" if needs_inf and needs_fin else "" if needs_inf or needs_fin else "whatever"
-            rows.append(_words(begin) + inf + _words(between) + fin)
-        signs = [] if rows else ["no pair: nothing is accepted"]
+            lines.append(f"{begin} {' and '.join(wanted) or 'whatever'}")
+        if not lines:
+            lines.append("no pair: nothing is accepted")
+        signs = []
         if automaton.accepting_sinks:
             signs.append("✓ everything is accepted from here on")
         if set(automaton.deadlocks) - self.hidden:
             signs.append("✗ deadlock: nothing is accepted any more")
         if self.hidden:
             signs.append("✗ not shown: the deadlock and the way there")
-        rows += [f'<TD COLSPAN="6" ALIGN="LEFT">{sign}</TD>' for sign in signs]
-        return "".join(f"<TR>{row}</TR>" for row in rows)
+        return [*lines, *(["     ".join(signs)] if signs else [])]
 
 
-def _words(text: str) -> str:
-    return f'<TD ALIGN="LEFT">{text}</TD>'
+def _sized(text: str, points: float) -> str:
+    return f'<FONT POINT-SIZE="{points:.0f}">{text}</FONT>'
 
 
 def _badge(pair: int, *, filled: bool) -> str:
@@ -182,18 +188,25 @@ def _printable(text: str) -> str:
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """The text in lines of about that width, broken before an outer `|` or `&` only."""
-    words, depth = [""], 0
-    for i, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if depth == 0 and text[i : i + 3] in (" | ", " & "):
-            words.append("")
-        else:
-            words[-1] += letter
-    lines = [words[0]]
-    for word in words[1:]:
-        if len(lines[-1]) + len(word) + 1 > width:
-            lines.append(word)
-        else:
-            lines[-1] += f" {word}"
+    """The text in lines of about that width, broken before outer operators: at `|`, and at `&` where that is not enough."""
+    lines: list[str] = []
+    for term in _split(text, "|"):
+        for part in [term] if len(term) <= width else _split(term, "&"):
+            if lines and len(lines[-1]) + len(part) < width:
+                lines[-1] += f" {part}"
+            else:
+                lines.append(part)
     return lines
+
+
+def _split(text: str, operator: str) -> list[str]:
+    """The text cut before each occurrence of the operator outside brackets and quotes."""
+    parts, depth, quoted_part = [""], 0, False
+    for i, letter in enumerate(text):
+        quoted_part ^= letter == '"' and text[i - 1 : i] != "\\"
+        depth += not quoted_part and (letter == "(") - (letter == ")")
+        if depth == 0 and not quoted_part and text[i : i + 3] == f" {operator} ":
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts

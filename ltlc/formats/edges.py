@@ -6,7 +6,7 @@ reader (do guards overlap, do they cover every letter) are then single operation
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,6 +57,20 @@ def state_marks(automaton: RabinAutomaton, state: int) -> tuple[tuple[int, ...],
     if automaton.acceptance == "transition":
         return (), ()
     return _indices(automaton.fin[:, state]), _indices(automaton.inf[:, state])
+
+
+def hidden_states(automaton: RabinAutomaton, hide_deadlock: bool) -> set[int]:
+    """The deadlock states, if they are not to be drawn; an initial state always is."""
+    return set(automaton.deadlocks) - {automaton.initial_state} if hide_deadlock else set()
+
+
+def arrows(automaton: RabinAutomaton, hidden: Collection[int]) -> dict[tuple[int, int], list[Edge]]:
+    """The edges of a drawing by source and target: one arrow each, as parallel ones would hide each other."""
+    result: dict[tuple[int, int], list[Edge]] = {}
+    for edge in edges(automaton):
+        if edge.source not in hidden and edge.target not in hidden:
+            result.setdefault((edge.source, edge.target), []).append(edge)
+    return result
 
 
 def _indices(column: BoolArray) -> tuple[int, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 from ltlc.automata.alphabet import quoted
 from ltlc.automata.rabin import MAX_APS, Acceptance, RabinAutomaton
 from ltlc.errors import FileFormatError, LtlSyntaxError
-from ltlc.formats.edges import a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
+from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
 from ltlc.version import __version__
 
 FORMAT = "ltlc-dra"
@@ -120,7 +120,8 @@ def from_json(text: str) -> RabinAutomaton:
         document["n_pairs"].check(document["n_pairs"].index() == n_pairs, f"there are {n_pairs} pairs")
     else:
         owners, n_marked = transitions, len(transitions)
-        n_pairs = document["n_pairs"].index(1 << 16)
+        n_pairs = document["n_pairs"].index()
+    document["n_pairs"].check(n_pairs * max(n_marked, edge.size) <= MAX_TABLE, "too many pairs for tables in memory")
     fin = np.zeros((n_pairs, n_marked), dtype=np.bool_)
     inf = np.zeros((n_pairs, n_marked), dtype=np.bool_)
     for i, owner in enumerate(owners):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ltlc.automata.alphabet import quoted
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.formats.edges import Edge, edges, state_marks
+from ltlc.formats.edges import arrows, hidden_states, state_marks
 
 _CLASSES = (
     ("deadlock", "fill:#dcdcdc,stroke:#8c1c13,color:#8c1c13"),
@@ -19,17 +19,13 @@ def to_mermaid(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str
         automaton: the automaton.
         hide_deadlock: leave out the states from which nothing is accepted, and the edges to them.
     """
-    hidden = set(automaton.deadlocks) - {automaton.initial_state} if hide_deadlock else set()
+    hidden = hidden_states(automaton, hide_deadlock)
     shown = [q for q in range(automaton.n_states) if q not in hidden]
     lines = [] if automaton.formula is None else ["---", f"title: {_yaml(automaton.formula)}", "---"]
-    lines += ["flowchart LR", "  start(( )) ==> " + f"q{automaton.initial_state}"]
+    lines += ["flowchart LR", f"  start(( )) ==> q{automaton.initial_state}"]
     lines += [_node(automaton, q) for q in shown]
-    arrows: dict[tuple[int, int], list[Edge]] = {}
-    for edge in edges(automaton):
-        if edge.source not in hidden and edge.target not in hidden:
-            arrows.setdefault((edge.source, edge.target), []).append(edge)
     names = [quoted(name) for name in automaton.aps]
-    for (source, target), parallel in arrows.items():
+    for (source, target), parallel in arrows(automaton, hidden).items():
         rows = [automaton.alphabet.guard(edge.classes).text(names) + _marks(edge.fin, edge.inf) for edge in parallel]
         lines.append(f'  q{source} -->|"{"<br/>".join(map(_entities, rows))}"| q{target}')
     lines.append("  style start fill:none,stroke:none")
@@ -54,10 +50,7 @@ def _marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
 
 
 def _entities(text: str) -> str:
-    """The text as Mermaid's quoted labels want it: numeric entities for all that Mermaid, Markdown or HTML reads.
-
-    A space before each keeps a number in front of it apart.
-    """
+    """The text for a quoted label: numeric entities for all that Mermaid, Markdown or HTML could read as markup."""
     return "".join(c if c.isalnum() or c in " −✗✓" else f"#{ord(c)};" if c.isprintable() else "#65533;" for c in text)
 
 

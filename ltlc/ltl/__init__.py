@@ -28,6 +28,7 @@ from ltlc.ltl.formula import (
     postorder,
     propositions,
 )
+from ltlc.ltl.hierarchy import HierarchyClass, classify
 from ltlc.ltl.normal import nnf
 from ltlc.ltl.parser import parse, read_formulas
 from ltlc.ltl.printer import Syntax, to_text
@@ -44,6 +45,7 @@ __all__ = [
     "Constant",
     "Eventually",
     "Formula",
+    "HierarchyClass",
     "Iff",
     "Implies",
     "LassoWord",
@@ -59,6 +61,7 @@ __all__ = [
     "Until",
     "WeakUntil",
     "Xor",
+    "classify",
     "fold",
     "is_pure_eventuality",
     "is_pure_universality",

@@ -265,7 +265,7 @@ def fold(
         compute: the value of a node.
         within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
     """
-    stack = [formula]
+    stack = [] if formula in done else [formula]
     while stack:
         node = stack[-1]
         args = node.args if within is None or isinstance(node, within) else ()

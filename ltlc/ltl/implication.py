@@ -17,7 +17,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
     fold,
 )
-from ltlc.ltl.normal import negation
+from ltlc.ltl.normal import is_literal, negation
 from ltlc.ltl.purity import Purity, purity
 
 _UNTILS = (Until, WeakUntil)
@@ -71,6 +71,8 @@ class Implications:
     def _implies(self, f: Formula, g: Formula, depth: int) -> bool:
         if f is g or f is FALSE or g is TRUE:
             return True
+        if is_literal(f) and is_literal(g):
+            return False
         known = self._known.get((f, g))
         if known is not None:
             return known

@@ -8,7 +8,7 @@ from functools import cache
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from ltlc.ltl.diagnosis import explain_character, explain_token, warn_of_misreadings
+from ltlc.ltl.diagnosis import error_at, explain_character, explain_token, warn_of_misreadings
 from ltlc.ltl.formula import (
     FALSE,
     TRUE,
@@ -51,17 +51,20 @@ def parse(text: str) -> Formula:
 
     run = _parser().parse_interactive(text)
     try:
-        tokens = list(run.lexer_thread.lex(run.parser_state))
+        tokens = _decide_letters(list(run.lexer_thread.lex(run.parser_state)))
     except UnexpectedCharacters as error:
         raise explain_character(text, error.pos_in_stream) from None
-    position = 0
+    unnamed = next((token for token in tokens if token.type == "QUOTED" and token == '""'), None)
+    if unnamed is not None:
+        raise error_at("a name has at least one character", text, unnamed.start_pos or 0, 'write "name"')
+    fed = 0
     try:
-        for position, token in enumerate(_decide_letters(tokens)):  # noqa: B007
+        for token in tokens:
             run.feed_token(token)
-        position = len(tokens)
+            fed += 1
         formula: Formula = run.feed_eof()
     except UnexpectedToken:
-        raise explain_token(text, tokens, position) from None
+        raise explain_token(text, tokens, fed) from None
     warn_of_misreadings(tokens, stacklevel=3)
     return formula
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ltlc.ltl.formula import Formula, Not, Proposition
+from ltlc.ltl.formula import Formula
 from ltlc.ltl.implication import Implications
 
 Rewrite = Callable[[Formula, Implications], Formula | None]
@@ -48,8 +48,3 @@ class RuleBook(list[Rule]):
 def operands(formula: Formula, connective: type[Formula]) -> tuple[Formula, ...]:
     """The operands of an & or |, or the formula alone if it is no such one."""
     return formula.args if type(formula) is connective else (formula,)
-
-
-def is_literal(formula: Formula) -> bool:
-    """Whether it is a proposition or the negation of one."""
-    return isinstance(formula, Proposition) or (isinstance(formula, Not) and isinstance(formula.args[0], Proposition))

@@ -24,7 +24,8 @@ from ltlc.ltl.formula import (
     fold,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.rule import RuleBook, is_literal, operands
+from ltlc.ltl.normal import is_literal
+from ltlc.ltl.rule import RuleBook, operands
 
 BOOLEAN_RULES = RuleBook()
 Key = TypeVar("Key")

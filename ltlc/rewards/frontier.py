@@ -76,7 +76,7 @@ class Frontier(RewardScheme):
 
 def _refine(dra: RabinAutomaton, edges: Sequence[BoolArray]) -> tuple[RabinAutomaton, np.ndarray]:
     """The reachable (state, frontier) automaton with Inf marks on rewarded edges, and the state behind each of its."""
-    entered = sum(set_edges.astype(np.int64) << i for i, set_edges in enumerate(edges))
+    entered = np.tensordot(1 << np.arange(len(edges)), np.array(edges, dtype=np.int64), axes=1)
     full = (1 << len(edges)) - 1
     number = {(dra.initial_state, full): 0}
     todo = [(dra.initial_state, full)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ltlc.automata import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import forms
@@ -35,7 +37,7 @@ def buchi_or_one_pair(scheme: RewardScheme, dra: RabinAutomaton) -> BoolArray:
     if marks is not None:
         return marks
     if dra.n_pairs == 1:
-        return dra.edge_inf[0] & ~dra.edge_fin[0]
+        return np.asarray(dra.edge_inf[0] & ~dra.edge_fin[0])
     raise lacks_form(scheme, dra)
 
 

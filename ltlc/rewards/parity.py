@@ -49,7 +49,7 @@ class Parity(RewardScheme):
     def steps(self, dra: RabinAutomaton) -> Steps:
         """Weights by colour."""
         colours = parity(self, dra)
-        weight = self.epsilon ** (1.0 + int(colours.max()) - colours)
+        weight = np.power(self.epsilon, 1 + colours.max() - colours, dtype=np.float64)
         odd = colours % 2 == 1
         if self.mode == "terminate":
             return Steps(accepted=odd, stop=weight, stop_reward=odd.astype(float), satisfaction=1.0)

@@ -48,7 +48,7 @@ class RewardTables:
     automaton_state: IntArray
     """shape (n_states,), int32; the automaton state behind each table state (a scheme may refine states)."""
     progress: FloatArray
-    """shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, falling with the letters to one, 0 in a deadlock."""
+    """shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, less the more letters away, 0 in a deadlock."""
 
     def __post_init__(self) -> None:
         table = np.shape(self.next_state)
@@ -83,7 +83,7 @@ class RewardTables:
     @property
     def terminal(self) -> BoolArray:
         """Steps that surely end the episode, shape (n_states, n_classes)."""
-        return self.stop == 1
+        return np.asarray(self.stop == 1)
 
     @property
     def expected_reward(self) -> FloatArray:

@@ -116,6 +116,7 @@ class Closure:
         self._up: list[int] = []
         self._against: list[int] = []
         self._atoms = 0
+        self._registered: set[int] = set()
         self.root = self._compile(formula, boolean)
 
     # -- construction -------------------------------------------------------------------------------------------------
@@ -140,6 +141,57 @@ class Closure:
             self._number[node] = len(self.nodes)
             self.nodes.append(node)
         return self._number[node]
+
+    def constant(self, value: bool) -> int:
+        """The node of true or false."""
+        return self.node("letters", letters=self.letters.all if value else 0)
+
+    def make(self, kind: str, *args: int) -> int:
+        """Like `node`, with constants and repeated operators folded."""
+        true, false = self.constant(True), self.constant(False)
+        if kind in "&|":
+            unit, zero = (true, false) if kind == "&" else (false, true)
+            flat = [b for a in args for b in (self.nodes[a].args if self.nodes[a].kind == kind else (a,))]
+            flat = [a for a in flat if a != unit]
+            if zero in flat:
+                return zero
+            flat = [a for a in flat if not any(self._absorbs(kind, b, a, flat) for b in flat)]
+            return self.node(kind, *flat) if flat else unit
+        last = args[-1]
+        if kind in "XFG":
+            return last if last in (true, false) or (kind != "X" and self.nodes[last].kind == kind) else self.node(kind, last)
+        left, right = args
+        if {left, right} & {true, false}:
+            return self._folded(kind, left, right, true, false)
+        return self.node(kind, left, right)
+
+    def _absorbs(self, kind: str, other: int, node: int, among: list[int]) -> bool:
+        """Whether `node` adds nothing beside `other` in a conjunction or disjunction (the first of two equals stays)."""
+        if other == node:
+            return False
+        implied = self.implies(other, node) if kind == "&" else self.implies(node, other)
+        if not implied:
+            return False
+        equal = self.implies(node, other) if kind == "&" else self.implies(other, node)
+        return not equal or among.index(other) < among.index(node)
+
+    def _folded(self, kind: str, left: int, right: int, true: int, false: int) -> int:
+        """A binary temporal operator with a constant operand."""
+        if kind in "UW":
+            if right == true or left == false:
+                return right
+            if right == false:
+                return false if kind == "U" else self.make("G", left)
+            return self.make("F", right) if kind == "U" else true  # left is true
+        if right == false or left == true:
+            return right
+        if right == true:
+            return self.make("F", left) if kind == "M" else true
+        return self.make("G", right) if kind == "R" else false  # left is false
+
+    def is_plain(self, node: int) -> bool:
+        """Whether the node has no F, G, U, R, W or M."""
+        return self._levels(node) == 15
 
     def negation(self, node: int) -> int:
         """The node of the negated subformula, again in negation normal form."""
@@ -171,6 +223,11 @@ class Closure:
         kind, args, _ = self.nodes[node]
         return self.level(node) in ("sigma1", "pi1") or (kind in "&|" and all(map(self.is_obligation, args)))
 
+    def is_low(self, node: int) -> bool:
+        """Whether the node is a Boolean combination of sigma2 and pi2 subformulas, in shape."""
+        kind, args, _ = self.nodes[node]
+        return bool(self.level(node)) or (kind in "&|" and all(map(self.is_low, args)))
+
     def _levels(self, node: int) -> int:
         known = self._level.get(node)
         if known is None:
@@ -183,29 +240,44 @@ class Closure:
             self._level[node] = known
         return known
 
-    def _atom_masks(self, node: int) -> tuple[int, int]:
-        """Which atoms the atom implies, and which it excludes; computed for all atoms seen so far."""
-        while len(self._up) <= node:
+    def register(self, node: int) -> None:
+        """Make known every atom that an obligation to satisfy the node can lead to.
+
+        Clauses are reduced by what is implied among known atoms, so all of them have to be known before the first
+        obligation is built: then equal obligations stay equal.
+        """
+        if node not in self._registered:
+            self._registered.add(node)
+            kind, args, _ = self.nodes[node]
+            if kind not in "&|":
+                self._register_atom(node)
+            for arg in args:
+                self.register(arg)
+
+    def register_finite_parts(self, node: int) -> None:
+        """`register` the finite part of every subformula."""
+        self.register(self.finite_part(node))
+        for arg in self.nodes[node].args:
+            self.register_finite_parts(arg)
+
+    def _register_atom(self, node: int) -> None:
+        while len(self._up) < len(self.nodes):
             self._up.append(0)
             self._against.append(0)
-        if not self._atoms >> node & 1:
-            others = bits(self._atoms)
-            self._atoms |= 1 << node
-            up = 1 << node
-            for other in others:
-                if self.implies(node, other):
-                    up |= self._up[other]
-                a, b = self.nodes[node], self.nodes[other]
-                if a.kind == b.kind == "letters" and not a.letters & b.letters:
-                    self._against[node] |= 1 << other
-                    self._against[other] |= 1 << node
-            self._up[node] = up
-            for other in others:  # kept transitively closed
-                if self.implies(other, node):
-                    self._up[other] |= up
-                elif self._up[other] >> node & 1:
-                    self._up[other] |= up
-        return self._up[node], self._against[node]
+        others = bits(self._atoms)
+        self._atoms |= 1 << node
+        up = 1 << node
+        for other in others:
+            if self.implies(node, other):
+                up |= self._up[other]
+            a, b = self.nodes[node], self.nodes[other]
+            if a.kind == b.kind == "letters" and not a.letters & b.letters:
+                self._against[node] |= 1 << other
+                self._against[other] |= 1 << node
+        self._up[node] = up
+        for other in others:  # kept transitively closed
+            if self.implies(other, node) or self._up[other] >> node & 1:
+                self._up[other] |= up
 
     # -- obligations --------------------------------------------------------------------------------------------------
 
@@ -221,7 +293,7 @@ class Closure:
             elif kind == "|":
                 known = reduce(self.either, map(self.obligation, args))
             else:
-                self._atom_masks(node)
+                self.register(node)
                 known = (1 << node,)
             self._obligation[node] = known
         return known

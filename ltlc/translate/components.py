@@ -49,6 +49,7 @@ class Finite:
 
     def __init__(self, closure: Closure, node: int, *, safety: bool) -> None:
         self._closure = closure
+        closure.register(node)
         self.initial: Hashable = closure.obligation(node)
         self._condition = ALWAYS if safety else NEVER  # as long as nothing is decided
 
@@ -73,6 +74,8 @@ class Breakpoint:
 
     def __init__(self, closure: Closure, node: int) -> None:
         self._closure = closure
+        closure.register(node)
+        closure.register_finite_parts(node)
         kind, args, _ = closure.nodes[node]
         self.stable = kind == "G" and closure.nodes[args[0]].kind == "F"
         self._whole = closure.obligation(node)

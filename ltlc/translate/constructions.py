@@ -10,7 +10,8 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
-from ltlc.translate.emerson_lei import EmersonLei
+from ltlc.translate.emerson_lei import EmersonLei, complement
+from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
 
 
@@ -37,7 +38,19 @@ def _obligation(closure: Closure, budget: Budget) -> EmersonLei:
 
 
 def _product(closure: Closure, budget: Budget) -> EmersonLei:
-    skeleton, components = decompose(closure, budget)
+    return _combined(closure, closure.root, budget)
+
+
+def _normal_form(closure: Closure, budget: Budget) -> EmersonLei:
+    return _combined(closure, normal_form(closure, closure.root), budget)
+
+
+def _dual_normal_form(closure: Closure, budget: Budget) -> EmersonLei:
+    return complement(_combined(closure, normal_form(closure, closure.negation(closure.root)), budget))
+
+
+def _combined(closure: Closure, root: int, budget: Budget) -> EmersonLei:
+    skeleton, components = decompose(closure, root, budget)
     return combine(skeleton, components, closure.letters.all, budget)
 
 
@@ -64,6 +77,19 @@ _ALL = (
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743; Mueller and Sickert, GandALF 2017, doi"
         " 10.4204/EPTCS.256.13; Casares et al., TACAS 2022, doi 10.1007/978-3-030-99527-0_6",
         _product,
+    ),
+    Construction(
+        "normal-form",
+        "Any formula: first rewritten into a Boolean combination of recurrence and persistence formulas by guessing"
+        " which fixpoints hold infinitely often or almost always, then as product.",
+        "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743",
+        _normal_form,
+    ),
+    Construction(
+        "dual-normal-form",
+        "Any formula: the normal form of its negation, then the complement.",
+        "as normal-form",
+        _dual_normal_form,
     ),
     Construction(
         "safra",

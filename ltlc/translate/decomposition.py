@@ -8,13 +8,13 @@ from functools import reduce
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Component, Finite, Successors
-from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, EmersonLei, negation, reduced
+from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, EmersonLei, complement, reduced
 from ltlc.translate.product import Skeleton, antichain
 from ltlc.translate.safra import determinize
 from ltlc.translate.tableau import tableau
 
 
-def decompose(closure: Closure, budget: Budget) -> tuple[Skeleton, list[Component]]:
+def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, list[Component]]:
     """Split at the outer Boolean operators; safety parts stay together, and so do co-safety parts."""
     components: list[Component] = []
     known: dict[int, Skeleton] = {}
@@ -33,7 +33,7 @@ def decompose(closure: Closure, budget: Budget) -> tuple[Skeleton, list[Componen
         parts = [skeleton(closure.node(kind, *group)) for group in groups.values()]
         return reduce(_both if kind == "&" else _either, parts)
 
-    return skeleton(closure.root), components
+    return skeleton(root), components
 
 
 def _both(a: Skeleton, b: Skeleton) -> Skeleton:
@@ -94,5 +94,4 @@ def safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
 
 def dual_safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
     """Tableau and Safra trees for the negation, then the complement."""
-    automaton = safra(closure, closure.negation(node), budget)
-    return EmersonLei(automaton.edges, tuple(map(negation, automaton.acceptance)))
+    return complement(safra(closure, closure.negation(node), budget))

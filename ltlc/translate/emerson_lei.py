@@ -120,6 +120,11 @@ def explore(
     return states, edges
 
 
+def complement(automaton: EmersonLei) -> EmersonLei:
+    """The automaton of the words that are not accepted."""
+    return EmersonLei(automaton.edges, tuple(map(negation, automaton.acceptance)))
+
+
 def localized(automaton: EmersonLei) -> EmersonLei:
     """Each strong component with its own simplest condition; marks that do not matter are removed."""
     component = graph.strong_components(automaton.successors())

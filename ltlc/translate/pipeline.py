@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 from ltlc.automata import canonical, to_state_based
 from ltlc.automata.compare import equivalent_states
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import reduce
-from ltlc.errors import InvalidArgumentError, LimitExceeded, UnknownNameError
+from ltlc.errors import InvalidArgumentError, StateLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, nnf, propositions, simplify
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
@@ -16,9 +17,21 @@ from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced
 from ltlc.translate.pairs import rabin_automaton
 
-AUTO = ("product", "safra", "dual-safra")
+DIRECT = ("product", "safra", "dual-safra")
+INDIRECT = ("normal-form", "dual-normal-form")
+"""Tried too where the outer Boolean combination has parts above recurrence and persistence."""
+_ROUNDS = (500, 10_000)
 _PATIENCE = 4
 """A further construction is given up once it has this many times the states of the best automaton so far."""
+
+
+class Problem(NamedTuple):
+    """What every construction is given."""
+
+    formula: Formula
+    """simplified, in negation normal form."""
+    aps: tuple[str, ...]
+    acceptance: Acceptance
 
 
 def translate(
@@ -57,30 +70,42 @@ def translate(
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
     budget = Budget(str(formula), max_states, timeout)
-    closure = Closure(nnf(simplify(formula)), propositions(formula), budget)
-    names = AUTO if translator == "auto" else (translator,)
-    best: RabinAutomaton | None = None
-    for name in names:
-        try:
-            found = _build(CONSTRUCTIONS[name], closure, budget if best is None else budget.within(_PATIENCE * best.n_states + 100), acceptance)
-        except LimitExceeded:
-            if best is None and name == names[-1]:
-                raise
-            continue
-        if best is None or _size(found) < _size(best):
-            best = found
-        if _is_smallest(best):
-            break
-    assert best is not None
+    problem = Problem(nnf(simplify(formula)), propositions(formula), acceptance)
+    if translator != "auto":
+        best = _build(CONSTRUCTIONS[translator], problem, budget)
+    else:
+        best = _best(problem, budget)
     return replace(best, formula=str(formula))
 
 
-def _build(
-    construction: Construction, closure: Closure, budget: Budget, acceptance: Acceptance
-) -> RabinAutomaton:
+def _best(problem: Problem, budget: Budget) -> RabinAutomaton:
+    """The smallest result; constructions that explode are stopped early as long as others may succeed."""
+    closure = Closure(problem.formula, problem.aps, budget)
+    names = DIRECT if closure.is_low(closure.root) else (*DIRECT, *INDIRECT)
+    for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
+        best: RabinAutomaton | None = None
+        for name in names:
+            cap = limit if best is None else min(limit, _PATIENCE * best.n_states + 100)
+            try:
+                found = _build(CONSTRUCTIONS[name], problem, budget.within(cap))
+            except StateLimitExceeded:
+                if limit == budget.max_states and best is None and name == names[-1]:
+                    raise
+                continue
+            if best is None or _size(found) < _size(best):
+                best = found
+            if _is_smallest(best):
+                return best
+        if best is not None:
+            return best
+    raise AssertionError("the last round returns or raises")
+
+
+def _build(construction: Construction, problem: Problem, budget: Budget) -> RabinAutomaton:
+    closure = Closure(problem.formula, problem.aps, budget)
     automaton = rabin_automaton(reduced(construction.build(closure, budget)), closure.letters, budget)
     automaton = reduce(automaton)
-    if acceptance == "state":
+    if problem.acceptance == "state":
         automaton = to_state_based(automaton)
     return replace(canonical(automaton), translator=construction.name)
 

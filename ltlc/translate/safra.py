@@ -34,7 +34,7 @@ def determinize(automaton: BuchiAutomaton, budget: Budget) -> EmersonLei:
     Raises:
         StateLimitExceeded, TimeLimitExceeded: the budget ran out.
     """
-    everything = (1 << automaton.n_classes) - 1
+    everything = (1 << automaton.n_letters) - 1
     initial: MacroState = (tuple((q, (0,)) for q in automaton.initial), (0,))
 
     def successors(state: MacroState) -> list[tuple[int, MacroState, int]]:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ltlc.automata.buchi import BuchiAutomaton, Edge
+from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
@@ -62,7 +62,7 @@ class _Tableau:
         sets = bits(delayed)
         automaton = [
             tuple(
-                Edge(letters, target, sum(1 << i for i, u in enumerate(sets) if not put_off >> u & 1))
+                BuchiEdge(letters, target, sum(1 << i for i, u in enumerate(sets) if not put_off >> u & 1))
                 for letters, target, put_off in out
             )
             for out in edges
