@@ -11,11 +11,12 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import concatenate, create_empty_array
 
-from .encoder import ObservationEncoder
-from .replay import Steps
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
+
+from .encoder import ObservationEncoder
+from .replay import Steps
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -99,7 +100,7 @@ def _base_space(wrapper: LTLVectorWrapper, space: spaces.Space[Any]) -> spaces.S
             return space["observation"]
         case "flat":
             assert isinstance(space, spaces.Box)
-            return spaces.Box(space.low[:-n_states], space.high[:-n_states], dtype=space.dtype)  # type: ignore[arg-type]
+            return spaces.Box(space.low[:-n_states], space.high[:-n_states], dtype=space.dtype)
         case "index":
             assert isinstance(space, spaces.Discrete)
             return spaces.Discrete(int(space.n) // n_states)
@@ -136,7 +137,7 @@ class Collector:
         observations, infos = self.interface.env.reset(seed=seed)
         if self.interface.wrapper is None and "ltl" in infos:
             raise InvalidArgumentError(
-                "the sub-environments are wrapped in LTLWrapper; wrap the vector environment in LTLVectorWrapper instead"
+                "the sub-environments are wrapped in LTLWrapper; put LTLVectorWrapper around them all instead"
             )
         self._see(observations, infos)
         self._totals[:] = 0
@@ -194,7 +195,8 @@ class Collector:
         """Packed last observations of the episodes that ended, mode SAME_STEP."""
         each = [self.interface.base(infos["final_obs"][i]) for i in np.flatnonzero(done)]
         space = self.interface.space
-        return self.encoder.pack(concatenate(space, each, create_empty_array(space, len(each))))
+        batch: Any = create_empty_array(space, len(each))
+        return self.encoder.pack(concatenate(space, each, batch))
 
     def _count(self, rewards: npt.NDArray[Any], ltl: dict[str, Any], begun: BoolArray, done: BoolArray) -> None:
         self._totals += np.stack([rewards, np.ones(len(rewards)), ltl["violated"], ltl["accepting"]])

@@ -12,14 +12,15 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
+from ltlc.errors import InvalidArgumentError, TrainingDiverged
+from ltlc.rewards import RewardTables
+
 from .config import DQNConfig
 from .encoder import ObservationEncoder
 from .networks import QNetwork, move_towards
 from .replay import Steps
 from .storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
 from .update import TDLoss, TensorTables
-from ltlc.errors import InvalidArgumentError, TrainingDiverged
-from ltlc.rewards import RewardTables
 
 _FILE_KIND = "policy"
 
@@ -94,7 +95,7 @@ class DoubleDQN:
 
     def policy(self, observations: Any, states: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Greedy actions of the policy network, shape (batch,)."""
-        return self.q_values(observations, states).argmax(axis=-1)
+        return np.asarray(self.q_values(observations, states).argmax(axis=-1))
 
     @torch.no_grad()
     def packed_policy(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -117,9 +118,7 @@ class DoubleDQN:
         greedy = self._evaluate(self.q_network, packed, states).argmax(dim=-1).cpu()
         return torch.where(chance < epsilon, random, greedy).numpy()
 
-    def _evaluate(
-        self, network: QNetwork, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None
-    ) -> Tensor:
+    def _evaluate(self, network: QNetwork, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None) -> Tensor:
         features = self.encoder.features(torch.from_numpy(packed).to(self.config.device))
         return network(  # type: ignore[no-any-return]
             features, None if states is None else torch.from_numpy(states).to(self.config.device)

@@ -13,8 +13,9 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
-from .config import ObservationInput
 from ltlc.errors import InvalidArgumentError
+
+from .config import ObservationInput
 
 JOINT_LIMIT = 4096
 """the numbers of a MultiDiscrete share one indicator vector if it has at most so many entries, else have one each."""
@@ -103,7 +104,7 @@ class ObservationEncoder:
         assert self.n_observations and self._digits is not None
         digits = np.stack(np.unravel_index(np.arange(self.n_observations), _sizes(self._digits)), axis=1)
         start = np.asarray(self._digits.start)  # type: ignore[attr-defined]
-        return digits.reshape(-1, *(self._digits.shape or ())) + start
+        return np.asarray(digits.reshape(-1, *(self._digits.shape or ())) + start)
 
     def all_features(self) -> Tensor:
         """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""
@@ -137,7 +138,7 @@ def _leaves(space: spaces.Space[Any], path: tuple[str | int, ...], column: int) 
     else:
         where = f" (part {path})" if path else ""
         raise InvalidArgumentError(
-            f"the agent cannot take observations of {space}{where}; it takes Discrete, MultiDiscrete, MultiBinary, Box, "
+            f"the agent cannot take observations of {space}{where}; it takes Discrete, MultiDiscrete, MultiBinary, Box "
             "and Dict or Tuple of these. Wrap the environment in gymnasium.wrappers.TransformObservation"
         )
 
@@ -184,5 +185,5 @@ def _example(space: spaces.Space[Any]) -> Any:
     if isinstance(space, spaces.Tuple):
         return tuple(_example(part) for part in space.spaces)
     if isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
-        return np.broadcast_to(np.asarray(space.start), (1, *space.shape))
+        return np.asarray(space.start)[None]
     return np.zeros((1, *(space.shape or ())), dtype=space.dtype)

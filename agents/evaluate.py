@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from .collect import Collector, Episode, Interface
-from .dqn import DoubleDQN
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP, RewardProduct, expected_return, optimal_return
 from ltlc.mdp.estimate import Estimate, mean, probability, ratio
 from ltlc.mdp.measures import from_start
+
+from .collect import Collector, Episode, Interface
+from .dqn import DoubleDQN
 
 IntArray = npt.NDArray[np.int64]
 
@@ -34,7 +35,7 @@ def greedy_policy(agent: DoubleDQN, observations: Any = None) -> IntArray:
         if not agent.encoder.n_observations:
             raise InvalidArgumentError(f"pass observations=...: there is no short list of all of {agent.encoder.space}")
         observations = agent.encoder.all_observations()
-    return agent.q_values(observations).argmax(axis=-1)
+    return np.asarray(agent.q_values(observations).argmax(axis=-1))
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,7 @@ class ExactJudge:
         initial_label: as in the wrapper.
     """
 
-    def __init__(
-        self, mdp: LabelledMDP, agent: DoubleDQN, *, initial_label: Literal["read", "skip"] = "read"
-    ) -> None:
+    def __init__(self, mdp: LabelledMDP, agent: DoubleDQN, *, initial_label: Literal["read", "skip"] = "read") -> None:
         self.product = RewardProduct(mdp, agent.tables, initial_label=initial_label)
         self.optimum = from_start(self.product.initial, optimal_return(self.product).value)
 
@@ -142,7 +141,9 @@ def rollout(
     """
     interface = Interface.of(env)
     if interface.space != agent.encoder.space or interface.n_actions != agent.n_actions:
-        raise InvalidArgumentError(f"the agent was made for {agent.encoder.space}, this environment has {interface.space}")
+        raise InvalidArgumentError(
+            f"the agent was made for {agent.encoder.space}, this environment has {interface.space}"
+        )
     if n_episodes < 2:
         raise InvalidArgumentError(f"n_episodes is {n_episodes}; at least 2 are needed for an interval")
     collector = Collector(interface, agent.encoder)

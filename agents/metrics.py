@@ -9,9 +9,10 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from .collect import Episode
 from ltlc.atomic import atomic_write
 from ltlc.errors import FileFormatError
+
+from .collect import Episode
 
 METRICS_FILE = "metrics.csv"
 
@@ -66,7 +67,7 @@ class Metrics:
             if importlib.util.find_spec("tensorboard") is not None:
                 from torch.utils.tensorboard.writer import SummaryWriter  # late: TensorBoard is optional and slow
 
-                self._writer = SummaryWriter(str(folder), purge_step=steps or None)  # type: ignore[no-untyped-call]
+                self._writer = SummaryWriter(str(folder), purge_step=steps or None)
 
     def add(self, episodes: list[Episode], losses: list[float]) -> None:
         """Take in what happened in a step."""

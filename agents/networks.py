@@ -41,10 +41,9 @@ class QNetwork(nn.Module):
         widths = [n_features + state_features, *config.hidden]
         layers: list[nn.Module] = []
         for n_in, n_out in itertools.pairwise(widths):
-            # Left uninitialised here: the constructor of a layer would draw from the global generator.
-            layers += [nn.utils.skip_init(nn.Linear, n_in, n_out), nn.ReLU()]
+            layers += [_linear(n_in, n_out), nn.ReLU()]
             layers += [nn.BatchNorm1d(n_out)] if config.batch_norm else []
-        layers.append(nn.utils.skip_init(nn.Linear, widths[-1], n_outputs))
+        layers.append(_linear(widths[-1], n_outputs))
         self.layers = nn.Sequential(*layers)
         _initialize(self.layers, config, generator)
         self.eval()
@@ -74,6 +73,11 @@ class QNetwork(nn.Module):
         return torch.cat([features, nn.functional.one_hot(states, self.n_states).to(features.dtype)], dim=1)
 
 
+def _linear(n_in: int, n_out: int) -> nn.Module:
+    # Left uninitialised: the constructor of a layer would draw from the global generator.
+    return nn.utils.skip_init(nn.Linear, n_in, n_out)  # type: ignore[no-untyped-call,no-any-return]
+
+
 def _initialize(layers: nn.Sequential, config: DQNConfig, generator: torch.Generator) -> None:
     linear = [layer for layer in layers if isinstance(layer, nn.Linear)]
     for layer in linear:
@@ -92,13 +96,10 @@ def move_towards(network: nn.Module, goal: nn.Module, part: float) -> None:
 
     Running statistics of batch normalisation move along; integer counters are copied.
     """
-    ours, theirs = list(network.state_dict().values()), list(goal.state_dict().values())
-    if part == 1.0:
-        for mine, other in zip(ours, theirs, strict=True):
-            mine.copy_(other)
-        return
-    floats = [i for i, tensor in enumerate(ours) if tensor.is_floating_point()]
-    torch._foreach_lerp_([ours[i] for i in floats], [theirs[i] for i in floats], part)
-    for i, tensor in enumerate(ours):
-        if not tensor.is_floating_point():
-            tensor.copy_(theirs[i])
+    ours = [*network.parameters(), *network.buffers()]
+    theirs = [*goal.parameters(), *goal.buffers()]
+    floats = [i for i, tensor in enumerate(ours) if tensor.is_floating_point() and part < 1]
+    if floats:
+        torch._foreach_lerp_([ours[i] for i in floats], [theirs[i] for i in floats], part)
+    for i in sorted(set(range(len(ours))) - set(floats)):
+        ours[i].copy_(theirs[i])

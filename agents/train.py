@@ -18,13 +18,14 @@ import numpy as np
 import torch
 from gymnasium.vector import VectorEnv
 
+from ltlc.errors import InvalidArgumentError
+
 from .collect import Collector, Interface
 from .config import DQNConfig
 from .dqn import DoubleDQN
 from .metrics import Metrics, Row
 from .replay import ReplayBuffer
 from .storage import read_file, same_tables, tables_of_tensors, tables_to_tensors, write_file
-from ltlc.errors import InvalidArgumentError
 
 CHECKPOINT_FILE = "checkpoint.ltlc"
 POLICY_FILE = "policy.ltlc"
@@ -227,7 +228,9 @@ class _Run:
 
     def _check_same_task(self, saved: dict[str, Any]) -> None:
         if not same_tables(tables_of_tensors(saved["tables"]), self.agent.tables):
-            raise InvalidArgumentError("the checkpoint is of a task with other reward tables; resume with the same task")
+            raise InvalidArgumentError(
+                "the checkpoint is of a task with other reward tables; resume with the same task"
+            )
         here = (repr(self.agent.encoder.space), len(self.collector.packed))
         if here != (saved["space"], saved["num_envs"]):
             raise InvalidArgumentError(

@@ -8,11 +8,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ltlc.rewards import RewardTables
+
 from .config import DQNConfig
 from .encoder import ObservationEncoder
 from .networks import QNetwork
 from .replay import Steps
-from ltlc.rewards import RewardTables
 
 HORIZON = 100.0
 """steps a reward counts for in the automatic scale, at most."""
@@ -63,11 +64,11 @@ def reachable_states(tables: RewardTables) -> np.ndarray:
 
 
 def reward_scale(tables: RewardTables, learned: np.ndarray) -> float:
-    """A unit of reward that makes values a few units large: a tenth of the mean |reward| over the horizon."""
+    """A unit of reward that makes values a few units large: the mean |reward| over a fifth of the horizon."""
     magnitude = float(np.abs(tables.expected_reward[learned]).mean())
     largest = float(tables.discount[learned].max())
     horizon = HORIZON if largest >= 1 - 1 / HORIZON else 1 / (1 - largest)
-    return (magnitude or 1.0) * max(horizon / 10, 1.0)
+    return (magnitude or 1.0) * max(horizon / 5, 1.0)
 
 
 def policy_values(target: Tensor, online: Tensor, double: bool) -> Tensor:
@@ -114,9 +115,9 @@ class TDLoss:
 
     def __call__(self, q_network: QNetwork, target_network: QNetwork, steps: Steps) -> Tensor:
         """The loss of a batch of sampled steps; differentiable in the weights of `q_network` alone."""
-        states = self._states(steps)
-        values = self._values(q_network, steps.observation, states, steps.action)
-        error = values - self.targets(q_network, target_network, steps)
+        online = None if self._all_features is None else q_network(self._all_features)
+        values = self._values(q_network, steps, online)
+        error = values - self.targets(q_network, target_network, steps, online)
         loss = error.square().mean() / 2
         if self.config.l2 > 0:
             squares = [weights.square().sum() for weights in q_network.parameters()]
@@ -124,19 +125,30 @@ class TDLoss:
         return loss
 
     @torch.no_grad()
-    def targets(self, q_network: QNetwork, target_network: QNetwork, steps: Steps) -> Tensor:
-        """The targets y of each step and automaton state, shape (batch, n_learned), or (batch, 1) if not
-        counterfactual; in units of the reward scale.
-        """  # fmt: skip
+    def targets(
+        self, q_network: QNetwork, target_network: QNetwork, steps: Steps, online: Tensor | None = None
+    ) -> Tensor:
+        """The targets y of each step and automaton state, in units of the reward scale.
+
+        Args:
+            q_network: chooses the next action, if `double`.
+            target_network: values it.
+            steps: the sampled steps.
+            online: values of all observations by `q_network`, if the caller has them.
+
+        Returns:
+            Shape (batch, n_learned), or (batch, 1) if not counterfactual.
+        """
         states, classes = self._states(steps), steps.letter_class[:, None]
         reward = self.tables.reward[states, classes] + steps.base_reward[:, None] / self.tables.scale
         weight = self.tables.discount[states, classes] * (~steps.terminated[:, None])
         next_states = self.tables.next_state[states, classes]
         training = q_network.training
         q_network.eval()
-        following = self._next_values(q_network, target_network, steps.next_observation, next_states)
+        following = self._next_values(q_network, target_network, steps.next_observation, next_states, online)
         q_network.train(training)
-        return reward + weight * following
+        target: Tensor = reward + weight * following
+        return target
 
     def _states(self, steps: Steps) -> Tensor:
         """Automaton states each step is taken in, shape (batch, k)."""
@@ -144,30 +156,34 @@ class TDLoss:
             return self.tables.learned.expand(len(steps.action), -1)
         return steps.state[:, None]  # type: ignore[no-any-return]
 
-    def _values(self, network: QNetwork, packed: Tensor, states: Tensor, action: Tensor) -> Tensor:
+    def _values(self, network: QNetwork, steps: Steps, online: Tensor | None) -> Tensor:
         """Q(s, q, a) for each step and its states q, shape (batch, k)."""
-        if self._all_features is None and network.state_input != "heads":
-            values = self._pairwise(network, packed, states)
-            return values.gather(-1, action[:, None, None].expand(-1, states.shape[1], 1)).squeeze(-1)
-        rows, row = self._rows(network, packed)
+        states, action = self._states(steps), steps.action
+        if online is None and network.state_input != "heads":
+            pairs = self._pairwise(network, steps.observation, states)
+            return pairs.gather(-1, action[:, None, None].expand(-1, states.shape[1], 1))[..., 0]
+        rows, row = self._rows(network, steps.observation, online)
         flat = (row[:, None] * network.n_states + states) * network.n_actions + action[:, None]
-        return rows.view(-1)[flat]
+        values: Tensor = rows.view(-1)[flat]
+        return values
 
-    def _next_values(self, online: QNetwork, target: QNetwork, packed: Tensor, states: Tensor) -> Tensor:
+    def _next_values(
+        self, network: QNetwork, target: QNetwork, packed: Tensor, states: Tensor, online: Tensor | None
+    ) -> Tensor:
         """V(s', q') for each step and its next states q', shape (batch, k)."""
         double = self.config.double
         if self._all_features is None and target.state_input != "heads":
             valued = self._pairwise(target, packed, states)
-            chosen = self._pairwise(online, packed, states) if double else valued
+            chosen = self._pairwise(network, packed, states) if double else valued
             return policy_values(valued, chosen, double)
-        rows, row = self._rows(target, packed)
-        chosen = self._rows(online, packed)[0] if double else rows
+        rows, row = self._rows(target, packed, None)
+        chosen = self._rows(network, packed, online)[0] if double else rows
         return policy_values(rows, chosen, double).view(-1)[row[:, None] * target.n_states + states]
 
-    def _rows(self, network: QNetwork, packed: Tensor) -> tuple[Tensor, Tensor]:
+    def _rows(self, network: QNetwork, packed: Tensor, known: Tensor | None) -> tuple[Tensor, Tensor]:
         """Values (n_rows, n_states, n_actions) of the observations that occur, and the row of each of the batch."""
         if self._all_features is not None:
-            return network(self._all_features), self.encoder.index(packed)
+            return network(self._all_features) if known is None else known, self.encoder.index(packed)
         return network(self.encoder.features(packed)), torch.arange(len(packed), device=packed.device)
 
     def _pairwise(self, network: QNetwork, packed: Tensor, states: Tensor) -> Tensor:
