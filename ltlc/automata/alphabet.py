@@ -142,8 +142,8 @@ def _dense(column: npt.NDArray[np.generic]) -> IntArray:
     """The values of a column as codes 0..m in their order; without sorting where they are small."""
     if column.dtype.kind in "bui" and int(column.min()) >= 0 and int(column.max()) <= 4 * len(column):
         present = np.bincount(column) > 0
-        codes: IntArray = np.cumsum(present, dtype=np.int32) - 1
-        return codes[column.astype(np.int64)]
+        codes: IntArray = (np.cumsum(present, dtype=np.int32) - 1)[column.astype(np.int64)]
+        return codes
     return np.unique(column, return_inverse=True)[1].astype(np.int32)
 
 
