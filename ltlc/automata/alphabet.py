@@ -144,7 +144,8 @@ def _dense(column: npt.NDArray[np.generic]) -> IntArray:
         present = np.bincount(column) > 0
         codes: IntArray = (np.cumsum(present, dtype=np.int32) - 1)[column.astype(np.int64)]
         return codes
-    return np.unique(column, return_inverse=True)[1].astype(np.int32)
+    inverse: IntArray = np.unique(column, return_inverse=True)[1].astype(np.int32)
+    return inverse
 
 
 def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:
