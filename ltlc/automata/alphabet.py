@@ -102,7 +102,12 @@ def guard_text(source: HasLetters, classes: Iterable[int]) -> str:
     alphabet = source if isinstance(source, Alphabet) else getattr(source, "alphabet", None)
     if not isinstance(alphabet, Alphabet):
         alphabet = Alphabet(source.aps, source.letter_class)
-    return alphabet.guard(classes).text([str(Proposition(name)) for name in alphabet.aps])
+    return alphabet.guard(classes).text([quoted(name) for name in alphabet.aps])
+
+
+def quoted(name: str) -> str:
+    """The name of a proposition as LTL syntax reads it back, in double quotes if need be."""
+    return str(Proposition(name))
 
 
 def proposition_column(index: int, n_aps: int) -> BoolArray:
