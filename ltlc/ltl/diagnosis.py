@@ -189,14 +189,14 @@ def _misreadings(tokens: Sequence[Token]) -> Iterator[str]:
     runs: list[tuple[str, str]] = []
     names: set[str] = set()
     for token in tokens:
-        run = run if token.start_pos == end else ""
+        before, run = run if token.start_pos == end else "", ""
         end = token.end_pos or 0
         if token.type in _PREFIX and token in ("X", "F", "G"):
-            run += token
+            run = before + token
         elif token.type == "NAME":
             yield from _odd_name(token)
-            if run:
-                runs.append((run, token))
+            if before:
+                runs.append((before, token))
             else:
                 names.add(token)
     for run, name in runs:

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Self, TypeVar
 from weakref import WeakValueDictionary
 
+from ltlc.errors import InvalidArgumentError
+
 
 T = TypeVar("T")
 
@@ -102,12 +104,18 @@ class Constant(Formula):
 
 
 class Proposition(Formula):
-    """An atomic proposition, known by its name."""
+    """An atomic proposition, known by its name.
+
+    Raises:
+        InvalidArgumentError: the name is empty.
+    """
 
     __slots__ = ("name",)
     name: str
 
     def __new__(cls, name: str) -> Self:
+        if not name:
+            raise InvalidArgumentError("the name of a proposition has at least one character")
         return _intern(cls, (), str(name))
 
 

@@ -21,7 +21,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.rule import RuleBook, operands
+from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
 
 TEMPORAL_RULES = RuleBook()
 _BINARY = (Until, WeakUntil, Release, StrongRelease)
@@ -115,6 +115,24 @@ def _pure_part_out(node: Formula, known: Implications) -> Formula | None:
     return _take_out(operand, movable, lambda rest: node.with_args((rest,)))
 
 
+@TEMPORAL_RULES.rule(
+    Eventually,
+    Always,
+    name="implied-in-time",
+    laws="F(a | b) = F a if b -> F a; G(a & b) = G a if G a -> b",
+)
+def _implied_in_time(node: Formula, known: Implications) -> Formula | None:
+    (operand,) = node.args
+    if not isinstance(operand, Or if isinstance(node, Eventually) else And) or len(operand.args) > MAX_PAIRWISE:
+        return None
+    connective = type(operand)
+    for part in operand.args:
+        rest = node.with_args((connective(*(other for other in operand.args if other is not part)),))
+        if known.implies(part, rest) if connective is Or else known.implies(rest, part):
+            return rest
+    return None
+
+
 @TEMPORAL_RULES.rule(Eventually, Always, name="split", laws="F(a | u) = F a | F u; G(a & e) = G a & G e", grows=True)
 def _split(node: Formula, known: Implications) -> Formula | None:
     (operand,) = node.args
@@ -160,11 +178,11 @@ def _take_out(
 ) -> Formula | None:
     """Splits an & or | into wrap(the parts that stay) and the movable ones, each of these under `around`."""
     moved = [part for part in operand.args if movable(part)]
-    if not moved:
+    stay = [part for part in operand.args if not movable(part)]
+    if not moved or not (stay or around):
         return None
     connective = type(operand)
-    rest: Formula = connective(*(part for part in operand.args if not movable(part)))
-    return connective(wrap(rest), *(around.with_args((part,)) if around else part for part in moved))
+    return connective(wrap(connective(*stay)), *(around.with_args((part,)) if around else part for part in moved))
 
 
 # --- two operands -----------------------------------------------------------------------------------------------------
