@@ -38,7 +38,7 @@ C = HierarchyClass
         ("F G a", C.PERSISTENCE),
         ("F(a & G b)", C.PERSISTENCE),
         ("G F a -> F b", C.PERSISTENCE),
-        ("G a W F b", C.PERSISTENCE),
+        ("G a W F b", C.OBLIGATION),
         ("G F a -> G F b", C.REACTIVITY),
         ("F(A & F B) & G !C & F G T", C.PERSISTENCE),
     ],

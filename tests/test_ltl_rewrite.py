@@ -87,7 +87,9 @@ def _fill(rng: random.Random, letter: str) -> Formula:
         return rng.choice(LITERALS)
     plain = nnf(random_formula(rng, rng.randint(1, 5), ("a", "b"), constants=0.0))
     if letter == "e":
-        return rng.choice((Eventually(plain), Until(rng.choice(LITERALS), Eventually(plain)), Always(Eventually(plain))))
+        return rng.choice(
+            (Eventually(plain), Until(rng.choice(LITERALS), Eventually(plain)), Always(Eventually(plain)))
+        )
     if letter == "u":
         return rng.choice((Always(plain), Release(rng.choice(LITERALS), Always(plain)), Eventually(Always(plain))))
     if letter == "s":
@@ -138,7 +140,7 @@ def test_laws_hold_and_their_rule_rewrites_them(rule: Rule) -> None:
                 fired += 1
                 assert result is not left
                 assert_equivalent(left, result, rng, words=8)
-        assert fired >= 10, f"{law}: rewritten {fired} times in 30"  # noqa: PLR2004 - some fillings hit special cases
+        assert fired >= 10, f"{law}: rewritten {fired} times in 30"
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.name)
@@ -185,13 +187,13 @@ def test_purity_is_sound() -> None:
         if is_pure_universality(formula):
             seen["universal"] += 1
             assert satisfies(formula, suffix) or not satisfies(formula, word), f"{formula} on {word}"
-    assert min(seen.values()) > 100  # noqa: PLR2004
+    assert min(seen.values()) > 100
 
 
 def test_implication_is_sound() -> None:
     rng = random.Random(5)
     found = 0
-    for _ in range(6000):
+    for _ in range(2500):
         known = Implications()
         f, g = (nnf(random_formula(rng, rng.randint(1, 6), ("a", "b"))) for _ in range(2))
         if f is not g and known.implies(f, g):
@@ -199,7 +201,7 @@ def test_implication_is_sound() -> None:
             for _ in range(6):
                 word = random_word(rng, ("a", "b"))
                 assert satisfies(g, word) or not satisfies(f, word), f"{f} -> {g} on {word}"
-    assert found > 300  # noqa: PLR2004
+    assert found > 100
 
 
 # --- examples ---------------------------------------------------------------------------------------------------------

@@ -246,9 +246,7 @@ def _common_factor(node: Formula, _: Implications) -> Formula | None:
     return dual(*factors, connective(*rests))
 
 
-@BOOLEAN_RULES.rule(
-    And, Or, name="literal-now", laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)"
-)
+@BOOLEAN_RULES.rule(And, Or, name="literal-now", laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)")
 def _literal_now(node: Formula, known: Implications) -> Formula | None:
     def stated(part: Formula) -> Formula | None:
         return part if is_literal(part) else None
@@ -260,8 +258,7 @@ def _literal_now(node: Formula, known: Implications) -> Formula | None:
     And,
     Or,
     name="literal-always",
-    laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; "
-    "F p | a U (b & p) = F p",
+    laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; F p | a U (b & p) = F p",
 )
 def _literal_always(node: Formula, known: Implications) -> Formula | None:
     side = SIDES[type(node)]

@@ -38,8 +38,8 @@ def _constant(node: Formula, _: Implications) -> Formula | None:
 @TEMPORAL_RULES.rule(Next, Eventually, Always, name="pure", laws="X s = s; F e = e; G u = u")
 def _pure(node: Formula, known: Implications) -> Formula | None:
     eventual, universal = known.purity(node.args[0])
-    needed = {Next: eventual and universal, Eventually: eventual, Always: universal}
-    return node.args[0] if needed[type(node)] else None
+    enough = (eventual or isinstance(node, Always)) and (universal or isinstance(node, Eventually))
+    return node.args[0] if enough else None
 
 
 @TEMPORAL_RULES.rule(Eventually, Always, name="next-out", laws="F X a = X F a; G X a = X G a")
@@ -68,7 +68,9 @@ def _always_binary(node: Formula, _: Implications) -> Formula | None:
     return None
 
 
-@TEMPORAL_RULES.rule(Eventually, name="eventually-weak", laws="F(a W b) = F b | F G a; F(a R b) = F(a & b) | F G b", grows=True)
+@TEMPORAL_RULES.rule(
+    Eventually, name="eventually-weak", laws="F(a W b) = F b | F G a; F(a R b) = F(a & b) | F G b", grows=True
+)
 def _eventually_weak(node: Formula, _: Implications) -> Formula | None:
     (operand,) = node.args
     if isinstance(operand, WeakUntil):
@@ -80,7 +82,9 @@ def _eventually_weak(node: Formula, _: Implications) -> Formula | None:
     return None
 
 
-@TEMPORAL_RULES.rule(Always, name="always-strong", laws="G(a M b) = G b & G F a; G(a U b) = G(a | b) & G F b", grows=True)
+@TEMPORAL_RULES.rule(
+    Always, name="always-strong", laws="G(a M b) = G b & G F a; G(a U b) = G(a | b) & G F b", grows=True
+)
 def _always_strong(node: Formula, _: Implications) -> Formula | None:
     (operand,) = node.args
     if isinstance(operand, StrongRelease):
@@ -382,8 +386,8 @@ _NESTED: Mapping[type[Formula], tuple[type[Formula], ...]] = MappingProxyType(
 @TEMPORAL_RULES.rule(
     *_BINARY,
     name="nested-left",
-    laws="(a U b) U c = (a U b) | c if b -> c; (a U b) W c = (a U b) | c if b -> c; (a W b) W c = (a W b) | c if b -> c; "
-    "(a R b) R c = (a R b) & c if c -> b; (a R b) M c = (a R b) & c if c -> b; (a M b) M c = (a M b) & c if c -> b",
+    laws="(a U b) U c = a U b | c if b -> c; (a U b) W c = a U b | c if b -> c; (a W b) W c = a W b | c if b -> c; "
+    "(a R b) R c = a R b & c if c -> b; (a R b) M c = a R b & c if c -> b; (a M b) M c = a M b & c if c -> b",
 )
 def _nested_left(node: Formula, known: Implications) -> Formula | None:
     a, c = node.args
