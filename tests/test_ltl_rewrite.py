@@ -253,3 +253,22 @@ def test_the_result_does_not_depend_on_what_was_simplified_before() -> None:
     formulas = [random_formula(rng, 12) for _ in range(50)]
     first = [str(simplify(formula)) for formula in formulas]
     assert [str(simplify(formula)) for formula in reversed(formulas)] == first[::-1]
+
+
+def test_nesting_does_not_double_over_and_over() -> None:
+    text = "".join(f"(G a{i}) U (c{i} & X " for i in range(14)) + "b" + ")" * 14
+    known = Implications()
+    assert known.size(simplify(parse(text))) < 3 * known.size(parse(text))
+    text = "".join(f"G(a{i} U X(c{i} & " for i in range(14)) + "b" + "))" * 14
+    assert known.size(simplify(parse(text))) < 10 * known.size(parse(text))
+
+
+def test_mostly_smaller_never_much_larger() -> None:
+    rng = random.Random(7)
+    known = Implications()
+    before = after = 0
+    for _ in range(300):
+        formula = nnf(random_formula(rng, 12))
+        before += known.size(formula)
+        after += known.size(simplify(formula))
+    assert after < 0.75 * before

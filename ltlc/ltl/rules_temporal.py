@@ -25,6 +25,8 @@ from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
 
 TEMPORAL_RULES = RuleBook()
 _BINARY = (Until, WeakUntil, Release, StrongRelease)
+MAX_COPIED = 60
+"""Rules that write an operand twice leave one of more nodes alone, so that nesting cannot double it over and over."""
 
 
 # --- one operand ------------------------------------------------------------------------------------------------------
@@ -71,12 +73,12 @@ def _always_binary(node: Formula, _: Implications) -> Formula | None:
 @TEMPORAL_RULES.rule(
     Eventually, name="eventually-weak", laws="F(a W b) = F b | F G a; F(a R b) = F(a & b) | F G b", grows=True
 )
-def _eventually_weak(node: Formula, _: Implications) -> Formula | None:
+def _eventually_weak(node: Formula, known: Implications) -> Formula | None:
     (operand,) = node.args
     if isinstance(operand, WeakUntil):
         a, b = operand.args
         return Or(Eventually(b), Eventually(Always(a)))
-    if isinstance(operand, Release):
+    if isinstance(operand, Release) and known.size(operand.args[1]) <= MAX_COPIED:
         a, b = operand.args
         return Or(Eventually(And(a, b)), Eventually(Always(b)))
     return None
@@ -85,12 +87,12 @@ def _eventually_weak(node: Formula, _: Implications) -> Formula | None:
 @TEMPORAL_RULES.rule(
     Always, name="always-strong", laws="G(a M b) = G b & G F a; G(a U b) = G(a | b) & G F b", grows=True
 )
-def _always_strong(node: Formula, _: Implications) -> Formula | None:
+def _always_strong(node: Formula, known: Implications) -> Formula | None:
     (operand,) = node.args
     if isinstance(operand, StrongRelease):
         a, b = operand.args
         return And(Always(b), Always(Eventually(a)))
-    if isinstance(operand, Until):
+    if isinstance(operand, Until) and known.size(operand.args[1]) <= MAX_COPIED:
         a, b = operand.args
         return And(Always(Or(a, b)), Always(Eventually(b)))
     return None
@@ -276,6 +278,8 @@ def _pure_operand(node: Formula, known: Implications) -> Formula | None:
         return Eventually(And(a, b))
     if isinstance(node, WeakUntil) and right.universal:
         return Always(Or(a, b))
+    if known.size(b) > MAX_COPIED:
+        return None
     if isinstance(node, Until) and left.universal:
         return Or(b, And(a, Eventually(b)))
     if isinstance(node, Release) and left.eventual:
