@@ -35,4 +35,4 @@ def test_examples_run(name: str) -> None:
 def test_every_public_name_is_described() -> None:
     for name in ltlc.ltl.__all__:
         thing = getattr(ltlc.ltl, name)
-        assert not callable(thing) or thing.__doc__, name
+        assert name == "Syntax" or thing.__doc__, name

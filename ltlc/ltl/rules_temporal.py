@@ -139,6 +139,25 @@ def _implied_in_time(node: Formula, known: Implications) -> Formula | None:
     return None
 
 
+@TEMPORAL_RULES.rule(
+    Eventually,
+    Always,
+    name="nested-in-time",
+    laws="F(a & F b) = F b if b -> a; G(a | G b) = G b if a -> b",
+)
+def _nested_in_time(node: Formula, known: Implications) -> Formula | None:
+    (operand,) = node.args
+    eventually = isinstance(node, Eventually)
+    if not isinstance(operand, And if eventually else Or) or len(operand.args) > MAX_PAIRWISE:
+        return None
+    for part in operand.args:
+        if isinstance(part, type(node)):
+            inner, others = part.args[0], [other for other in operand.args if other is not part]
+            if all(known.implies(inner, other) if eventually else known.implies(other, inner) for other in others):
+                return part
+    return None
+
+
 @TEMPORAL_RULES.rule(Eventually, Always, name="split", laws="F(a | u) = F a | F u; G(a & e) = G a & G e", grows=True)
 def _split(node: Formula, known: Implications) -> Formula | None:
     (operand,) = node.args
@@ -231,7 +250,8 @@ def _implied_operand(node: Formula, known: Implications) -> Formula | None:
 @TEMPORAL_RULES.rule(
     *_BINARY,
     name="exhausted-or-contradicted",
-    laws="a U b = F b if !b -> a; a W b = true if !b -> a; a R b = G b if b -> !a; a M b = false if b -> !a",
+    laws="a U b = F b if !b -> a; a W b = true if !b -> a; a R b = G b if b -> !a; a M b = false if b -> !a; "
+    "a U b = F b if F b -> a; a R b = G b if a -> G b",
 )
 def _exhausted(node: Formula, known: Implications) -> Formula | None:
     a, b = node.args
@@ -239,6 +259,10 @@ def _exhausted(node: Formula, known: Implications) -> Formula | None:
         return Eventually(b) if isinstance(node, Until) else TRUE
     if isinstance(node, Release | StrongRelease) and known.contradict(a, b):
         return Always(b) if isinstance(node, Release) else FALSE
+    if isinstance(node, Until) and known.implies(Eventually(b), a):
+        return Eventually(b)
+    if isinstance(node, Release) and known.implies(a, Always(b)):
+        return Always(b)
     return None
 
 
