@@ -160,7 +160,7 @@ class TestBatch:
         assert run(["compile", "-F", "-"]) == 2
         out, err = capsys.readouterr()
         assert out.count("HOA: v1") == out.count("--END--") == 3
-        assert err.startswith("ltlc: standard input: line 5, column 6:")
+        assert err.startswith("ltlc: standard input: line 5, column 5:")
         assert "  F a &\n" in err
 
     def test_a_limit_on_a_line(self, capsys: pytest.CaptureFixture[str], type_in) -> None:

@@ -42,6 +42,8 @@ def check_targets(targets: Sequence[str]) -> None:
             continue
         if target.suffix.lower() not in suffixes:
             raise InvalidArgumentError(f"{target}: the suffix must be one of {' '.join(suffixes)}")
+        if target.is_dir():
+            raise InvalidArgumentError(f"{target}: this is a folder; give the name of a file in it")
         if not target.absolute().parent.is_dir():
             raise InvalidArgumentError(f"{target}: there is no folder {target.parent}; create it first")
 
