@@ -7,9 +7,12 @@ are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; nothing e
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
-from typing import Any, ClassVar, Self
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar, Self, TypeVar
 from weakref import WeakValueDictionary
+
+
+T = TypeVar("T")
 
 
 class Formula:
@@ -31,6 +34,31 @@ class Formula:
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"formulas are immutable: cannot set {name!r}")
+
+    def __str__(self) -> str:
+        from ltlc.ltl.printer import to_text
+
+        return to_text(self)
+
+    def __repr__(self) -> str:
+        return f"parse({str(self)!r})"
+
+    def with_args(self, args: tuple[Formula, ...]) -> Formula:
+        """The same operator on other operands; itself if they are its own."""
+        if args == self.args:
+            return self
+        result: Formula = type(self)(*args)
+        return result
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A flat list instead of nested objects: pickle recurses into those.
+        return _rebuild, (_flatten(self),)
 
     def __invert__(self) -> Formula:
         return Not(self)
@@ -221,6 +249,79 @@ def postorder(formula: Formula) -> Iterator[Formula]:
             seen.add(id(node))
             stack.append((node, True))
             stack.extend((child, False) for child in reversed(node.args))
+
+
+def fold(
+    formula: Formula,
+    done: dict[Formula, T],
+    compute: Callable[[Formula, list[T]], T],
+    within: tuple[type[Formula], ...] | None = None,
+) -> T:
+    """Evaluates a formula bottom-up without recursion: `compute(node, values of its operands)`, once per node.
+
+    Args:
+        formula: where to start.
+        done: values known already, kept between calls; the new ones are added.
+        compute: the value of a node.
+        within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
+    """
+    stack = [] if formula in done else [formula]
+    while stack:
+        node = stack[-1]
+        args = node.args if within is None or isinstance(node, within) else ()
+        missing = [] if node in done else [child for child in args if child not in done]
+        if missing:
+            stack.extend(missing)
+            continue
+        if node not in done:
+            done[node] = compute(node, [done[child] for child in args])
+        stack.pop()
+    return done[formula]
+
+
+def _flatten(formula: Formula) -> list[tuple[Any, ...]]:
+    """The subformulas in postorder, each as (class name, payload or indices of its operands)."""
+    index: dict[Formula, int] = {}
+    rows: list[tuple[Any, ...]] = []
+    for node in postorder(formula):
+        if isinstance(node, Constant):
+            rows.append(("Constant", node.value))
+        elif isinstance(node, Proposition):
+            rows.append(("Proposition", node.name))
+        else:
+            rows.append((type(node).__name__, *(index[child] for child in node.args)))
+        index[node] = len(index)
+    return rows
+
+
+def _rebuild(rows: list[tuple[Any, ...]]) -> Formula:
+    nodes: list[Formula] = []
+    for name, *payload in rows:
+        cls = _CLASSES[name]
+        nodes.append(cls(*payload) if cls in (Constant, Proposition) else cls(*(nodes[i] for i in payload)))
+    return nodes[-1]
+
+
+_CLASSES: dict[str, Any] = {
+    cls.__name__: cls
+    for cls in (
+        Constant,
+        Proposition,
+        Not,
+        Next,
+        Eventually,
+        Always,
+        And,
+        Or,
+        Implies,
+        Iff,
+        Xor,
+        Until,
+        WeakUntil,
+        Release,
+        StrongRelease,
+    )
+}
 
 
 def propositions(formula: Formula) -> tuple[str, ...]:
