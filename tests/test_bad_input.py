@@ -213,7 +213,7 @@ def test_the_caret_points(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == (
         "ltlc: line 2, column 17: '=' is not an operator\n"
         "    F grant) & (a = b)\n"
-        "                 ^\n"
+        "                  ^\n"
         'hint: write <-> for equivalence, or quote a comparison: "x=1"\n'
     )
 
