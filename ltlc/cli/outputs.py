@@ -52,11 +52,16 @@ def write_targets(dra: DRA, targets: Sequence[str], form: Format = "hoa") -> Non
     """Write an automaton to every target; `form` is for standard output."""
     for target in targets:
         if target == "-":
-            sys.stdout.flush()
-            sys.stdout.buffer.write(_as_bytes(dra, form))
-            sys.stdout.buffer.flush()
+            write_bytes(_as_bytes(dra, form))
         else:
             dra.save(target)
+
+
+def write_bytes(data: bytes) -> None:
+    """Write to standard output at once: automata are UTF-8 whatever the terminal speaks."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(data)
+    sys.stdout.buffer.flush()
 
 
 def _as_bytes(dra: DRA, form: Format) -> bytes:
