@@ -15,10 +15,13 @@ import ltlc
 PROMISED = {
     "DRA",
     "Formula",
+    "LTLVectorWrapper",
+    "LTLWrapper",
     "LassoWord",
     "LimitExceeded",
     "LtlSyntaxError",
     "LtlcError",
+    "Task",
     "__version__",
     "compile",
     "load",
