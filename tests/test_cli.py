@@ -73,7 +73,16 @@ class TestCompile:
         assert run(["compile", PHI_1]) == 0
         out = capsys.readouterr().out
         assert out.startswith(str(ltlc.parse(PHI_1)))
-        for fact in ("deterministic Rabin", "state-based", "A B C T", "deadlocks", "distance", "nothing is accepted"):
+        for fact in (
+            "deterministic Rabin",
+            "state-based",
+            "persistence",
+            "+0 infinitely often",
+            "A B C T",
+            "deadlocks",
+            "distance",
+            "nothing is accepted",
+        ):
             assert fact in out
 
     def test_files_by_suffix(self, capsys: pytest.CaptureFixture[str], folder: Path) -> None:
@@ -160,7 +169,7 @@ class TestBatch:
         assert run(["compile", "-F", "-"]) == 2
         out, err = capsys.readouterr()
         assert out.count("HOA: v1") == out.count("--END--") == 3
-        assert err.startswith("ltlc: standard input: line 5, column 6:")
+        assert err.startswith("ltlc: standard input: line 5, column 5:")
         assert "  F a &\n" in err
 
     def test_a_limit_on_a_line(self, capsys: pytest.CaptureFixture[str], type_in) -> None:
@@ -222,7 +231,7 @@ class TestShow:
 
     def test_transition_marks(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["show", "GF a", "--acceptance", "transition"]) == 0
-        assert "a → 0 G0" in capsys.readouterr().out
+        assert "a → 0 +0" in capsys.readouterr().out
 
 
 class TestCheck:
