@@ -113,8 +113,8 @@ class _Reader:
 
     # Messages
 
-    def _fail(self, place: Token, message: str, offset: int = 0) -> NoReturn:
-        self._fail_at(place.line or 1, (place.column or 1) + offset, message)
+    def _fail(self, place: Token, message: str) -> NoReturn:
+        self._fail_at(place.line or 1, place.column or 1, message)
 
     def _fail_at(self, line: int, column: int, message: str) -> NoReturn:
         if line == 1:
@@ -191,6 +191,8 @@ class _Reader:
             raise AlphabetLimitExceeded(f"{len(names)} propositions; at most {MAX_APS} are supported")
         for token in names:
             name = _unquote(token)
+            if not name:
+                self._fail(token, "a proposition needs a name")
             if name in self.header.aps:
                 self._fail(token, f"the proposition {token} is listed twice")
             self.header.aps.append(name)
@@ -359,9 +361,7 @@ class _Reader:
 
 
 def _is_tree(child: object) -> bool:
-    from lark import Tree
-
-    return isinstance(child, Tree)
+    return not isinstance(child, str)  # lark's tokens are strings
 
 
 def _unquote(token: Token) -> str:
