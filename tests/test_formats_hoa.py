@@ -29,7 +29,7 @@ def test_text() -> None:
     automaton = RabinAutomaton(
         ("a", 'b "q"'), [[0, 1], [1, 1]], [0, 0, 0, 1], [[1, 0]], [[0, 1]], formula='F(a & "b \\"q\\"")'
     )
-    assert re.sub(r'^tool: .*\n', "", to_hoa(automaton), flags=re.MULTILINE) == (
+    assert re.sub(r"^tool: .*\n", "", to_hoa(automaton), flags=re.MULTILINE) == (
         "HOA: v1\n"
         'name: "F(a & \\"b \\\\\\"q\\\\\\"\\")"\n'
         "States: 2\n"
@@ -50,7 +50,9 @@ def test_text() -> None:
     assert (again.aps, again.formula) == (automaton.aps, automaton.formula)
 
 
-def hoa(body: str, *, header: str = "", ap: str = '2 "a" "b"', acceptance: str = "1 Inf(0)", start: str = "Start: 0") -> str:
+def hoa(
+    body: str, *, header: str = "", ap: str = '2 "a" "b"', acceptance: str = "1 Inf(0)", start: str = "Start: 0"
+) -> str:
     return f"HOA: v1\n{start}\nAP: {ap}\n{header}\nAcceptance: {acceptance}\n--BODY--\n{body}\n--END--\n"
 
 
@@ -67,7 +69,7 @@ def infinitely_often_a() -> RabinAutomaton:
         hoa("State: 0 [0&1] 0 {0} [0&!1] 0 {0} [!(0)|f] 0 /* twice */ [!0] 0"),
         hoa("State: 0 {0} [0] 0 [!0] 1 State: 1 [0] 0 [!0] 1"),
         hoa('State: 1 [0] 0 [!0] 1 /* /* nested */ " */ State: 0 "st\\"ate" {0} [0] 0 [!0] 1'),
-        "/* first */ HOA: v1.1 tool: \"x\" extra: t 1 \"s\" name properties: !complete stutter-invariant States: 1"
+        '/* first */ HOA: v1.1 tool: "x" extra: t 1 "s" name properties: !complete stutter-invariant States: 1'
         ' Acceptance: 3 Inf(1) AP: 2 "a" "b" Start: 0 --BODY-- State: 0 [0] 0 {1 2} [!0] 0 {2} --END--',
     ],
 )
@@ -84,7 +86,9 @@ def test_label_on_states() -> None:
 
 
 def test_state_and_transition_marks_mixed() -> None:
-    automaton = from_hoa(hoa("State: 0 {0} [0] 0 {1} [!0] 1 State: 1 [0] 0 {1} [!0] 1 {0}", acceptance="2 Fin(0) & Inf(1)"))
+    automaton = from_hoa(
+        hoa("State: 0 {0} [0] 0 {1} [!0] 1 State: 1 [0] 0 {1} [!0] 1 {0}", acceptance="2 Fin(0) & Inf(1)")
+    )
     assert automaton.acceptance == "transition"
     assert automaton.accepts(cycle=[{"a"}]) is False
     assert automaton.pairs[0].fin == {(0, 0), (0, 1), (1, 0)}
@@ -209,7 +213,7 @@ def recurring(automaton: RabinAutomaton, prefix: tuple[int, ...], cycle: tuple[i
 
 def test_stream_of_several_automata() -> None:
     one, two = (to_hoa(automaton) for automaton in random_automata(2))
-    aborted = "HOA: v1 States: 3 /* --END-- */ name: \"--END--\" --ABORT-- "
+    aborted = 'HOA: v1 States: 3 /* --END-- */ name: "--END--" --ABORT-- '
     text = f"{one}{aborted}{two}\nHOA: v1 --ABORT--\n"
     assert [to_hoa(a) for a in read_hoa_stream(text)] == [one, two]
     assert [to_hoa(a) for a in read_hoa_stream(io.StringIO(text))] == [one, two]
@@ -249,7 +253,10 @@ WRONG = [
     ("HOA: v1 Acceptance: 0 t name: x --BODY-- --END--", "column 31: unexpected 'x'; expected a quoted string"),
     ("HOA: v1 Acceptance: 0 t /* open --END--", "line 1, column 25: this comment has no end"),
     ('HOA: v1 Acceptance: 0 t name: "open --END--', "line 1, column 31: this string has no end"),
-    (hoa("State: 0 [0] 0 [0&1] 0 {0}"), "line 7, column 22: not deterministic: state 0 has a second edge for the letter a & b"),
+    (
+        hoa("State: 0 [0] 0 [0&1] 0 {0}"),
+        "line 7, column 22: not deterministic: state 0 has a second edge for the letter a & b",
+    ),
     (hoa("State: 0 [t] 0", start="Start: 0 Start: 0"), "line 2, column 10: a second initial state"),
     (hoa("State: 0 [t] 0", start="Start: 0 & 0"), "line 2, column 12: universal branching"),
     (hoa("State: 0 [t] 0 & 0"), "line 7, column 18: universal branching"),
@@ -329,7 +336,9 @@ FORMULAS = [
 ]
 
 
-@pytest.mark.parametrize("options", ["det parity", "det parity sbacc", "det generic", "det generic complete", "det cobuchi"])
+@pytest.mark.parametrize(
+    "options", ["det parity", "det parity sbacc", "det generic", "det generic complete", "det cobuchi"]
+)
 @pytest.mark.parametrize("formula", FORMULAS)
 def test_agrees_with_spot(formula: str, options: str) -> None:
     spot = pytest.importorskip("spot")

@@ -15,7 +15,7 @@ from ltlc.automata.compare import equivalent
 from ltlc.errors import FileFormatError
 from ltlc.formats import from_json, to_json
 
-ODD_NAMES = ('x < 1', 'say "hi"', "back\\slash", "Goal", "t", "naïve ∧", "new\nline")
+ODD_NAMES = ("x < 1", 'say "hi"', "back\\slash", "Goal", "t", "naïve ∧", "new\nline")
 
 
 def example() -> dict[str, Any]:
@@ -80,7 +80,14 @@ def schema() -> jsonschema.Draft202012Validator:
 
 @pytest.mark.parametrize(
     "change",
-    [{"format": "dra"}, {"version": "2.0"}, {"n_states": 0}, {"aps": ["a", "a"]}, {"acceptance": "edge"}, {"states": []}],
+    [
+        {"format": "dra"},
+        {"version": "2.0"},
+        {"n_states": 0},
+        {"aps": ["a", "a"]},
+        {"acceptance": "edge"},
+        {"states": []},
+    ],
 )
 def test_schema_refuses(change: dict[str, object]) -> None:
     assert not schema().is_valid(example() | change)
@@ -125,7 +132,7 @@ WRONG_DOCUMENTS = [
     (put("version", "0.9"), "version: there is no version 0.9"),
     (put("version", "one"), "version: expected a version like '1.0'"),
     (put("version", 1.0), "version: expected a string, found 1.0"),
-    (put("aps", "ab"), "aps: expected a list, found \"ab\""),
+    (put("aps", "ab"), 'aps: expected a list, found "ab"'),
     (put("aps", ["a", 3]), "aps[1]: expected a string, found 3"),
     (put("aps", ["a", ""]), "aps[1]: a proposition needs a name"),
     (put("aps", ["a", "a"]), "aps: a proposition is listed twice"),
@@ -150,7 +157,10 @@ WRONG_DOCUMENTS = [
     (put("transitions[0].guard", "c"), "transitions[0].guard: 'c' is not one of aps"),
     (put("transitions[0].guard", "F a"), "transitions[0].guard: a guard is about one letter"),
     (put("transitions[0].guard", "a U b"), "cannot hold the temporal operator U"),
-    (put("transitions[0].guard", "false"), "transitions: not complete: state 0 has no transition for the letter !a & !b"),
+    (
+        put("transitions[0].guard", "false"),
+        "transitions: not complete: state 0 has no transition for the letter !a & !b",
+    ),
     (put("transitions[0].guard", "true"), "transitions[1].guard: not deterministic: state 0 has this transition and "),
     (put("pairs[1].B", [0, 3]), "pairs[1].B[1]: 3 is out of range, there are 3 states"),
     (put("pairs[0]", {"B": []}), "pairs[0]: the key 'G' is missing"),

@@ -187,7 +187,7 @@ def _printable(text: str) -> str:
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """The text in lines of about that width, broken before outer operators: at `|`, and at `&` where that is not enough."""
+    """The text in lines of about that width, broken before outer `|`, and before outer `&` where that is not enough."""
     lines: list[str] = []
     for term in _split(text, "|"):
         for part in [term] if len(term) <= width else _split(term, "&"):
