@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parent.parent
 
 
+@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
 def test_demo(tmp_path: Path) -> None:
     command = [sys.executable, str(ROOT / "examples" / "demo.py")]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
