@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -46,7 +48,7 @@ def test_components_reachability_and_distances(seed: int) -> None:
             assert graph.distances_to(successors, [t])[q] == away[t]
             path = graph.shortest_path(successors, q, [t])
             assert (None if path is None else len(path) - 1) == (away[t] if away[t] >= 0 else None)
-            assert path is None or all(b in successors[a] for a, b in zip(path, path[1:], strict=False))
+            assert path is None or all(b in successors[a] for a, b in pairwise(path))
         assert back[q] == 0
 
 

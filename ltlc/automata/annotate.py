@@ -62,6 +62,10 @@ class HasMarkedGraph(Protocol):
     def marked_graph(self) -> MarkedGraph:
         """Distinct (next state, marks) per state."""
 
+    @property
+    def scc(self) -> list[int]:
+        """Strong component of each state, numbered in topological order."""
+
 
 def annotate(automaton: HasMarkedGraph) -> Annotations:
     """Compute the annotations; `automaton.annotations` keeps them.
@@ -74,7 +78,7 @@ def annotate(automaton: HasMarkedGraph) -> Annotations:
     n_states, n_pairs = len(edges), automaton.n_pairs
     successors = [list({target: None for target, _ in row}) for row in edges]
     predecessors = graph.predecessor_lists(successors)
-    scc = graph.strong_components(successors)
+    scc = automaton.scc
     members = graph.component_members(scc)
     cyclic = [part for part in members if len(part) > 1 or part[0] in successors[part[0]]]
 

@@ -14,19 +14,8 @@ import numpy.typing as npt
 
 from ltlc import graph
 from ltlc.automata.alphabet import Alphabet, BoolArray, IntArray, letter_classes
-from ltlc.automata.emptiness import (
-    All,
-    Condition,
-    Edge,
-    Fin,
-    Inf,
-    MarkedGraph,
-    Some,
-    accepting_nodes,
-    accepting_walk,
-    streett,
-)
-from ltlc.automata.partition import number_blocks, refine
+from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_nodes, accepting_walk, exactly_one, only_first
+from ltlc.automata.partition import number_blocks, pairs_within, refine
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
@@ -61,12 +50,12 @@ def is_empty(a: RabinAutomaton) -> bool:
 
 def included(a: RabinAutomaton, b: RabinAutomaton) -> bool:
     """Whether every word that a accepts is accepted by b; a proposition that only one of them knows is free."""
-    return accepting_walk(_product(a, b).edges, _only_first(a.n_pairs, b.n_pairs), 0) is None
+    return accepting_walk(_product(a, b).edges, only_first(a.n_pairs, b.n_pairs), 0) is None
 
 
 def equivalent(a: RabinAutomaton, b: RabinAutomaton) -> bool:
     """Whether the automata accept the same words; a proposition that only one of them knows is free."""
-    return accepting_walk(_product(a, b).edges, _exactly_one(a.n_pairs, b.n_pairs), 0) is None
+    return accepting_walk(_product(a, b).edges, exactly_one(a.n_pairs, b.n_pairs), 0) is None
 
 
 def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
@@ -84,34 +73,44 @@ def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[
     The propositions are those that matter to one of the automata, in the order of a and then b.
     """
     product = _product(a, b)
-    walk = accepting_walk(product.edges, _exactly_one(a.n_pairs, b.n_pairs), 0)
+    walk = accepting_walk(product.edges, exactly_one(a.n_pairs, b.n_pairs), 0)
     return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
-def equivalent_states(a: RabinAutomaton) -> IntArray:
+def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArray:
     """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
 
     Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
     not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
     exactly one side accepts.
+
+    Args:
+        a: any Rabin automaton.
+        max_edges: product edges to look at; the largest groups of states that would need more count as different, so
+            that states of one class still have the same language. None: decide all.
     """
     bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
     marks = [a.edge_marks[q] for q in first.tolist()]
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
-    undecided = block[:, None] == block[None, :]
-    np.fill_diagonal(undecided, False)
-    left, right = np.nonzero(undecided)
-    node = np.full(undecided.shape, -1, dtype=np.int32)
-    node[left, right] = np.arange(len(left), dtype=np.int32)
+    left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
 
     shift = 2 * a.n_pairs
-    edges = []
-    for targets, p, q in zip(node[delta[left], delta[right]].tolist(), left.tolist(), right.tolist(), strict=True):
-        row = set(zip(targets, marks[p], marks[q], strict=True))
-        edges.append(sorted((t, m | n << shift) for t, m, n in row if t >= 0))
-    told_apart = accepting_nodes(edges, _exactly_one(a.n_pairs, a.n_pairs))
+    rows = delta.tolist()
+    edges: list[list[tuple[int, int]]] = []
+    told_apart: set[int] = set()
+    for p, q in node:
+        steps = {
+            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
+        }
+        if all((s, t) in node for s, t, _ in steps):
+            edges.append(sorted((node[s, t], m) for s, t, m in steps))
+        else:
+            told_apart.add(len(edges))
+            edges.append([])
+    told_apart |= accepting_nodes(edges, exactly_one(a.n_pairs, a.n_pairs))
     different = np.zeros(len(left), dtype=np.bool_)
     different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
 
@@ -121,7 +120,7 @@ def equivalent_states(a: RabinAutomaton) -> IntArray:
 
 
 def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
-    """A partition of the states by the words `letter; cycle` of one or two letter classes that they accept."""
+    """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
     n_states, n_classes = delta.shape
     blocks = np.zeros(n_states, dtype=np.int32)
     if not 1 <= n_pairs <= 31:
@@ -130,7 +129,7 @@ def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs:
     seen = np.array(marks, dtype=np.int64).T
     rows = np.arange(n_classes)[:, None]
     verdicts = [_accepted_for_ever(target, seen, n_pairs)]
-    for step in range(1, min(n_classes, 8)):
+    for step in range(1, min(n_classes, 8) if n_states * n_classes < 100_000 else 1):
         other = (rows + step) % n_classes
         verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
     return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
@@ -145,25 +144,6 @@ def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64
     pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
     accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
     return accepted
-
-
-def _only_first(n_first: int, n_second: int) -> Condition:
-    """The first automaton accepts and the second does not; one Rabin pair at a time keeps the search polynomial."""
-    rejected = streett(n_second, 2 * n_first)
-    return Some(tuple(All((Fin(2 * i), Inf(2 * i + 1), rejected)) for i in range(n_first)))
-
-
-def _exactly_one(n_first: int, n_second: int) -> Condition:
-    offset = 2 * n_first
-    rejected = streett(n_first)
-    pairs = range(offset, offset + 2 * n_second, 2)
-    only_second = Some(tuple(All((Fin(mark), Inf(mark + 1), rejected)) for mark in pairs))
-    only_first = _only_first(n_first, n_second)
-    return Some((*_parts(only_first), *_parts(only_second)))
-
-
-def _parts(condition: Condition) -> tuple[Condition, ...]:
-    return condition.parts if isinstance(condition, Some) else (condition,)
 
 
 def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:

@@ -16,7 +16,7 @@ from itertools import combinations
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, MarkedGraph, Some, accepting_parts, streett
+from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, Some, accepting_parts, streett
 from ltlc.automata.rabin import RabinAutomaton
 
 EdgePair = tuple[set[Edge], set[Edge]]
@@ -53,7 +53,7 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
 
 def components(automaton: RabinAutomaton) -> Iterator[Component]:
     """The non-trivial strong components, in topological order."""
-    scc = automaton.annotations.scc.tolist()
+    scc = automaton.scc
     for nodes in graph.component_members(scc):
         inside = scc[nodes[0]]
         edges = [(q, t, m) for q in nodes for t, m in automaton.marked_graph[q] if scc[t] == inside]
@@ -132,7 +132,7 @@ class Component:
         return [pairs[i] for i in kept]
 
     def on_cycles(self, condition: Condition, edges: set[Edge]) -> set[Edge]:
-        """The edges on a cycle, among these, that satisfies the condition; all edges into their targets if on states."""
+        """The edges on a cycle, among these, that satisfies the condition; or all edges into such states."""
         index = {node: i for i, node in enumerate(self.nodes)}
         rows: list[list[tuple[int, int]]] = [[] for _ in self.nodes]
         for edge in self.edges:

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ltlc import graph
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError, UnknownNameError
@@ -132,17 +133,21 @@ class RabinAutomaton:
         return rows
 
     @cached_property
-    def edge_marks(self) -> list[list[int]]:
-        """Marks seen on `delta[state, class]` as integers: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
+    def marks(self) -> npt.NDArray[np.int64] | npt.NDArray[np.object_]:
+        """Marks as integers, shape as one pair of `fin`: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
         if self.n_pairs <= 31:
             bits = np.int64(1) << (2 * np.arange(self.n_pairs))
-            table = np.tensordot(bits, self.fin + 2 * self.inf.astype(np.int64), 1)
-        else:
-            table = np.zeros(self.fin.shape[1:], dtype=object)
-            for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
-                table |= (fin + 2 * inf.astype(object)) << (2 * i)
-        marks: list[list[int]] = (table[self.delta] if self.acceptance == "state" else table).tolist()
+            return np.tensordot(bits, self.fin + 2 * self.inf.astype(np.int64), 1)
+        marks = np.zeros(self.fin.shape[1:], dtype=object)
+        for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
+            marks |= (fin.astype(object) + 2 * inf.astype(object)) << (2 * i)
         return marks
+
+    @cached_property
+    def edge_marks(self) -> list[list[int]]:
+        """`marks` seen on `delta[state, class]`, as lists; those of the entered state if acceptance is on states."""
+        on_edges: list[list[int]] = (self.marks[self.delta] if self.acceptance == "state" else self.marks).tolist()
+        return on_edges
 
     @cached_property
     def marked_graph(self) -> list[list[tuple[int, int]]]:
@@ -151,6 +156,11 @@ class RabinAutomaton:
             sorted(set(zip(targets, marks, strict=True)))
             for targets, marks in zip(self.rows, self.edge_marks, strict=True)
         ]
+
+    @cached_property
+    def scc(self) -> list[int]:
+        """Strong component of each state, numbered in topological order."""
+        return graph.strong_components(self.rows)
 
     @cached_property
     def alphabet(self) -> Alphabet:

@@ -14,6 +14,9 @@ from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.retarget import EFFORT, merge_by_trial
 
+MAX_PRODUCT_EDGES = 500_000
+"""default bound on the product in which states of the same language are looked for."""
+
 
 def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
     """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
@@ -31,12 +34,12 @@ def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton
 
 def _settled(automaton: RabinAutomaton) -> RabinAutomaton:
     """Simplify marks and merge bisimilar states in turn, until neither finds anything."""
-    result = canonical(merge_bisimilar(automaton))
+    result = simplify_marks(canonical(merge_bisimilar(automaton)))
     while True:
-        size = (result.n_states, result.n_pairs)
-        result = canonical(merge_bisimilar(simplify_marks(result)))
-        if (result.n_states, result.n_pairs) == size:
-            return result
+        merged = merge_bisimilar(result)
+        if merged is result:
+            return canonical(result)
+        result = simplify_marks(canonical(merged))
 
 
 def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:
@@ -68,13 +71,13 @@ def merge_equivalent(automaton: RabinAutomaton, classes: IntArray | None = None)
 
     Args:
         automaton: any Rabin automaton.
-        classes: `equivalent_states(automaton)` if it is known already.
+        classes: `equivalent_states(automaton)` if it is known already; by default within `MAX_PRODUCT_EDGES`.
     """
     if classes is None:
-        classes = equivalent_states(automaton)
+        classes = equivalent_states(automaton, MAX_PRODUCT_EDGES)
     if int(classes.max()) + 1 == automaton.n_states:
         return automaton
-    scc = automaton.annotations.scc
+    scc = np.array(automaton.scc)
     best: dict[int, int] = {}
     for state, language in enumerate(classes.tolist()):
         if language not in best or scc[state] > scc[best[language]]:

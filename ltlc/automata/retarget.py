@@ -11,11 +11,13 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import distinguishing_letters, equivalent_states
-from ltlc.automata.partition import IntArray, number_blocks
+from ltlc.automata.partition import IntArray, number_blocks, pairs_within
 from ltlc.automata.rabin import RabinAutomaton
 
-EFFORT = 100_000
+EFFORT = 200_000
 """default bound on the number of product edges looked at."""
+_COST_OF_WORD = 20
+"""a candidate refuted by a known word takes about as long as this many product edges."""
 
 
 def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAutomaton:
@@ -27,20 +29,23 @@ def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAuto
 
     Args:
         automaton: any Rabin automaton.
-        effort: number of product edges after which no more is tried.
+        effort: number of product edges after which no more is tried; 0 tries nothing.
     """
     current = canonical(automaton)
-    language = equivalent_states(current)
+    if effort <= 0:
+        return current
+    language = equivalent_states(current, effort)
     words: list[_Word] = []
     merged = True
     while merged:
         merged = False
         for old, new in _candidates(current, language):
+            effort -= _COST_OF_WORD
+            if effort < 0:
+                return current
             if _refuted(current, old, new, words):
                 continue
             effort -= current.n_states * current.n_classes
-            if effort < 0:
-                return current
             attempt = _redirected(current, old, new)
             found = distinguishing_letters(attempt, current)
             if found is None:
@@ -80,14 +85,7 @@ def _refuted(automaton: RabinAutomaton, old: int, new: int, words: list[_Word]) 
 def _accepts_redirected(automaton: RabinAutomaton, old: int, new: int, word: _Word) -> bool:
     """Whether the automaton with every way into `old` leading into `new` accepts the word."""
     rows, marks, letter_class = automaton.rows, automaton.edge_marks, automaton.letter_class
-    entered_new = None
-    if automaton.acceptance == "state":
-        entered_new = sum(
-            fin << 2 * i | inf << 2 * i + 1
-            for i, (fin, inf) in enumerate(
-                zip(automaton.fin[:, new].tolist(), automaton.inf[:, new].tolist(), strict=True)
-            )
-        )
+    entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None
 
     def run(state: int, letters: list[int]) -> tuple[int, int]:
         seen = 0
@@ -116,8 +114,7 @@ def _accepts_redirected(automaton: RabinAutomaton, old: int, new: int, word: _Wo
 
 def _candidates(automaton: RabinAutomaton, language: IntArray) -> list[tuple[int, int]]:
     """Pairs (to be replaced, replacement) of states with the same language, the most similar rows first."""
-    old, new = np.nonzero(language[:, None] == language[None, :])
-    old, new = old[old != new], new[old != new]
+    old, new = pairs_within(language)
     marks = number_blocks(mark for row in automaton.edge_marks for mark in row).reshape(automaton.delta.shape)
     differences = (automaton.delta[old] != automaton.delta[new]) | (marks[old] != marks[new])
     order = np.lexsort((new, -old, differences.sum(axis=1)))

@@ -9,8 +9,10 @@ from itertools import permutations
 
 import numpy as np
 
-from ltlc.automata.emptiness import All, Condition, Edge, Some, accepting_parts, rabin, streett
-from ltlc.automata.marks import Component, components
+from ltlc import graph
+from ltlc.automata.canonical import canonical
+from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_one
+from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.reduce import reduce
 from ltlc.automata.retarget import EFFORT
@@ -27,7 +29,7 @@ def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
 
 
 def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
-    """An equivalent automaton with acceptance on states, reduced and canonical.
+    """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
     A state is split by the marks of the transitions that enter it from its own strong component; other transitions
     enter any copy. Before, marks that do not matter are chosen such that few states are split: the marks of one group
@@ -39,17 +41,24 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinA
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`.
     """
-    reduced = reduce(automaton, effort=effort)
     if automaton.acceptance == "state":
-        return reduced
+        return reduce(automaton, effort=effort)
+    simple = simplify_marks(canonical(automaton))
     marks: dict[Edge, int] = {}
-    for component in components(reduced):
+    for component in components(simple):
         marks.update(_even_marks(component))
-    best = reduce(_split(reduced, marks), effort=effort)
-    if best.n_states > reduced.n_states:
-        alternative = reduce(_split(reduced, marks, once=True), effort=effort)
+    best = reduce(_split(simple, marks), effort=effort)
+    if best.n_states > simple.n_states + _states_split_for_sure(simple):
+        alternative = reduce(_split(simple, marks, once=True), effort=effort)
         best = min(best, alternative, key=lambda a: a.n_states)
     return best
+
+
+def _states_split_for_sure(automaton: RabinAutomaton) -> int:
+    """Components of one state with accepted and rejected cycles; these need two states at least."""
+    members = graph.component_members(automaton.scc)
+    alone = [part[0] for part in members if len(part) == 1]
+    return sum(len({marks for target, marks in automaton.marked_graph[q] if target == q}) > 1 for q in alone)
 
 
 def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:
@@ -104,7 +113,7 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     for edge in component.edges:
         into[edge[1]].append(edge)
     budget = MAX_EDGES_CHECKED
-    differ = _differ(component.n_pairs)
+    differ = exactly_one(component.n_pairs, component.n_pairs)
     for edges in into.values():
         merged = True
         while merged and budget > 0:
@@ -118,13 +127,8 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     return marks
 
 
-def _differ(n_pairs: int) -> Condition:
-    """Exactly one of two markings of the same edges accepts; the second is shifted by twice the pairs."""
-    first, second = rabin(n_pairs), rabin(n_pairs, 2 * n_pairs)
-    return Some((All((first, streett(n_pairs, 2 * n_pairs))), All((second, streett(n_pairs)))))
-
-
 def _same_acceptance(component: Component, marks: Mapping[Edge, int], differ: Condition) -> bool:
+    """Whether every cycle is accepted with these marks iff it is with the old ones."""
     index = {node: i for i, node in enumerate(component.nodes)}
     rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]
     for (source, target, old), new in marks.items():

@@ -1,0 +1,139 @@
+"""Maximal end components, and those in which a Rabin condition can be satisfied for ever."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, IntArray
+from ltlc.mdp.product import Product
+from ltlc.mdp.reachability import attractor, prune
+
+
+@dataclass(frozen=True, eq=False)
+class EndComponents:
+    """Disjoint end components: sets of states in which some policy stays for ever, visiting all of it."""
+
+    component: IntArray
+    """shape (n_states,), number of the component, -1 for states in none."""
+    choices: BoolArray
+    """shape (n_choices,), the choices that stay inside."""
+    n_components: int
+
+    @property
+    def states(self) -> BoolArray:
+        """The states that are in some component, shape (n_states,)."""
+        return self.component >= 0
+
+    def restricted(self, keep: BoolArray, choice_state: IntArray) -> EndComponents:
+        """Only the components for which `keep` (n_components,) holds."""
+        number = np.where(keep, np.cumsum(keep) - 1, -1)
+        component = np.where(self.component >= 0, number[self.component], -1) if len(keep) else self.component
+        return EndComponents(component, self.choices & (component[choice_state] >= 0), int(keep.sum()))
+
+
+def maximal_end_components(mdp: ExplicitMDP, choices: BoolArray | None = None) -> EndComponents:
+    """The maximal end components of the MDP that has only the given choices (n_choices,); None means all.
+
+    Components are numbered by their first state. A choice that may leave the process belongs to none. Each round finds
+    the strongly connected components of what is left, and drops choices that may leave theirs and states without
+    choices; components that lost nothing are final and are not looked at again.
+
+    References:
+        L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, section 3.3.
+    """
+    alive = mdp.leak == 0 if choices is None else choices & (mdp.leak == 0)
+    component = np.full(mdp.n_states, -1)
+    active = np.ones(mdp.n_states, dtype=np.bool_)
+    found = 0
+    while True:
+        prune(mdp, alive)
+        rows = np.flatnonzero(alive & active[mdp.choice_state])
+        if not rows.size:
+            break
+        states, label, n_labels = _strong_components(mdp, rows)
+        component[states] = found + label
+        leaving = _leaving(mdp, rows, component)
+        alive[leaving] = False
+        broken = np.zeros(n_labels, dtype=np.bool_)
+        broken[component[mdp.choice_state[leaving]] - found] = True
+        active[:] = False
+        active[states[broken[label]]] = True
+        component[active] = -1
+        found += n_labels
+    return _renumbered(component, alive)
+
+
+def accepting_end_components(product: Product) -> tuple[EndComponents, ...]:
+    """For each Rabin pair i, the maximal end components without Fin_i marks that have an Inf_i mark.
+
+    References:
+        C. Baier, J.-P. Katoen, Principles of Model Checking, MIT Press 2008, section 10.6.4.
+    """
+    everything = maximal_end_components(product)
+    result = []
+    for fin, inf in zip(product.choice_fin, product.choice_inf, strict=True):
+        # a component for the pair lies inside one of the whole product, and that one has the Inf mark too
+        around = _with_a_choice(everything, inf, product.choice_state)
+        inside = maximal_end_components(product, around.choices & ~fin)
+        result.append(_with_a_choice(inside, inf, product.choice_state))
+    return tuple(result)
+
+
+def accepting_choices(product: Product, components: tuple[EndComponents, ...]) -> IntArray:
+    """A choice for each state of an accepting component that satisfies its pair surely; -1 elsewhere.
+
+    Memoryless and deterministic: where an Inf choice is at hand it is taken, elsewhere the nearest one is approached.
+    """
+    choice = np.full(product.n_states, -1)
+    for inf, accepting in zip(product.choice_inf, components, strict=True):
+        marked = np.flatnonzero(accepting.choices & inf)[::-1]
+        policy = np.full(product.n_states, -1)
+        policy[product.choice_state[marked]] = marked  # reversed, so that the first one of a state stays
+        approach = attractor(product, policy >= 0, accepting.choices)
+        policy = np.where(policy >= 0, policy, approach)
+        choice = np.where((choice < 0) & accepting.states, policy, choice)
+    return choice
+
+
+def _with_a_choice(components: EndComponents, marked: BoolArray, choice_state: IntArray) -> EndComponents:
+    """Only the components that have a marked choice."""
+    keep = np.zeros(components.n_components, dtype=np.bool_)
+    keep[components.component[choice_state[components.choices & marked]]] = True
+    return components.restricted(keep, choice_state)
+
+
+def _strong_components(mdp: ExplicitMDP, rows: IntArray) -> tuple[IntArray, IntArray, int]:
+    """The states owning the given choices, their strongly connected component, and how many there are.
+
+    The choices must lead only to states that own one of them.
+    """
+    states, n_rows = np.unique(mdp.choice_state[rows], return_counts=True)
+    local = np.zeros(mdp.n_states, dtype=np.int32)
+    local[states] = np.arange(len(states))
+    part: Any = mdp.matrix[rows]
+    start = part.indptr[np.concatenate(([0], np.cumsum(n_rows)))]
+    graph = sparse.csr_array((part.data, local[part.indices], start), shape=(len(states), len(states)))
+    n_labels, label = csgraph.connected_components(graph, connection="strong")
+    return states, label, n_labels
+
+
+def _leaving(mdp: ExplicitMDP, rows: IntArray, component: IntArray) -> IntArray:
+    """Those of the given choices that may lead out of the component of their state."""
+    part: Any = mdp.matrix[rows]
+    outside = component[part.indices] != np.repeat(component[mdp.choice_state[rows]], np.diff(part.indptr))
+    return rows[np.unique(np.repeat(np.arange(len(rows)), np.diff(part.indptr))[outside])]
+
+
+def _renumbered(component: IntArray, alive: BoolArray) -> EndComponents:
+    """Numbers components by their first state."""
+    inside = np.flatnonzero(component >= 0)
+    labels, first, inverse = np.unique(component[inside], return_index=True, return_inverse=True)
+    rank = np.empty(len(labels), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(labels))
+    component[inside] = rank[inverse]
+    return EndComponents(component, alive, len(labels))

@@ -1,0 +1,116 @@
+"""What a policy earns and does in the rewarded task: exact returns, steps, violations and acceptances.
+
+All functions take a `RewardProduct` and a policy on its states: int (n_states,), one action each, or float
+(n_states, n_actions); `RewardProduct.lift` makes one from a policy on MDP states. Episodes end where the tables stop and
+in terminal states of the MDP; a time limit is not part of the model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.mdp.chain import MarkovChain, induced_chain
+from ltlc.mdp.explicit import FloatArray
+from ltlc.mdp.policy_iteration import optimal_total_reward
+from ltlc.mdp.product import RewardProduct
+from ltlc.mdp.value_iteration import Solution
+
+
+def optimal_return(product: RewardProduct, *, discount: float | None = None) -> Solution:
+    """The largest expected return from each state and a policy that attains it.
+
+    `discount` is None for the tables' own discounts, or a number that replaces them on every step; 1 = undiscounted.
+
+    Raises:
+        InvalidArgumentError: the return is undiscounted where a policy can be paid for ever, or `discount` is outside
+            [0, 1].
+
+    References:
+        See `optimal_total_reward`.
+    """
+    return optimal_total_reward(product.discounted(discount), product.reward)
+
+
+def expected_return(product: RewardProduct, policy: npt.ArrayLike, *, discount: float | None = None) -> float:
+    """Expected return of an episode; `discount` as in `optimal_return`.
+
+    Undiscounted, it is -inf or inf where the episode may go on for ever at a cost or for pay, and nan where both occur.
+
+    Raises:
+        InvalidArgumentError: the policy does not fit the product, or `discount` is outside [0, 1].
+    """
+    return from_start(product.initial, state_return(product, policy, discount=discount))
+
+
+def state_return(product: RewardProduct, policy: npt.ArrayLike, *, discount: float | None = None) -> FloatArray:
+    """`expected_return` from each state, shape (n_states,)."""
+    chain = induced_chain(product.discounted(discount), policy)
+    return chain.total(chain.of_choices(product.reward))
+
+
+def expected_steps(product: RewardProduct, policy: npt.ArrayLike) -> float:
+    """Expected number of steps of an episode; inf where it may go on for ever."""
+    return from_start(product.initial, induced_chain(product, policy).total(np.ones(product.n_states)))
+
+
+def expected_violations(product: RewardProduct, policy: npt.ArrayLike) -> float:
+    """Expected number of violations in an episode; inf where they may recur for ever."""
+    return expected_count(product, policy, product.violation)
+
+
+def expected_count(product: RewardProduct, policy: npt.ArrayLike, per_choice: FloatArray) -> float:
+    """Expected sum over an episode of a quantity per choice, such as `product.expected(table)` gives."""
+    chain = induced_chain(product, policy)
+    return from_start(product.initial, chain.total(chain.of_choices(per_choice)))
+
+
+def long_run_average(product: RewardProduct, policy: npt.ArrayLike, per_choice: FloatArray) -> float:
+    """Average per step, in the long run, of a quantity per choice; an episode that ends is followed by a new one."""
+    chain = induced_chain(product, policy)
+    return chain.long_run_average(chain.of_choices(per_choice))
+
+
+def violations_per_step(product: RewardProduct, policy: npt.ArrayLike) -> float:
+    """Long-run violations per step; an episode that ends is followed by a new one."""
+    return long_run_average(product, policy, product.violation)
+
+
+def acceptances_per_1000_steps(product: RewardProduct, policy: npt.ArrayLike) -> float:
+    """Long-run accepting steps per 1000 steps; an episode that ends is followed by a new one."""
+    return 1000 * long_run_average(product, policy, product.acceptance)
+
+
+@dataclass(frozen=True)
+class FirstAcceptance:
+    """When a policy accepts for the first time in an episode."""
+
+    probability: float
+    """that the episode has an accepting step at all."""
+    steps: float
+    """expected number of the first accepting step, counted from 1; inf where it may never come."""
+
+
+def first_acceptance(product: RewardProduct, policy: npt.ArrayLike) -> FirstAcceptance:
+    """Probability that an episode accepts, and the expected number of steps until it first does."""
+    until = product.until_acceptance()
+    chain: MarkovChain = induced_chain(until, policy)
+    accepted = chain.total(chain.of_choices(product.acceptance))
+    probability = min(1.0, from_start(product.initial, accepted))
+    surely = not (chain.reaches(_may_fail(product, chain))[product.initial > 0]).any()
+    steps = from_start(product.initial, chain.total(np.ones(chain.n_states))) if surely else np.inf
+    return FirstAcceptance(1.0 if surely else probability, steps)
+
+
+def _may_fail(product: RewardProduct, chain: MarkovChain) -> npt.NDArray[np.bool_]:
+    """States in which the episode may end without an accepting step, or goes on for ever without one."""
+    lost = chain.of_choices(product.unaccepted_end)
+    return (lost > 0) | (chain.bottom_component >= 0)
+
+
+def from_start(initial: FloatArray, value: FloatArray) -> float:
+    """The mean of a value per state over the first state; states that never come first do not count, even if infinite."""
+    used = initial > 0
+    return float(initial[used] @ value[used])

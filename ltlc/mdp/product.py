@@ -1,0 +1,257 @@
+"""Products of a labelled MDP with a Rabin automaton (does the run satisfy?) and with reward tables (what is paid?)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from ltlc.automata.rabin import RabinAutomaton
+from ltlc.errors import InvalidArgumentError
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
+from ltlc.mdp.model import LabelledMDP
+from ltlc.mdp.unfolding import InitialLabel, Reader, Unfolding, input_probability
+
+Miss = Literal["empty", "hold"]
+
+
+class RewardColumns(Protocol):
+    """What a reward product reads of a compiled reward scheme; arrays have shape (n_states, n_letter_classes)."""
+
+    @property
+    def aps(self) -> Sequence[str]: ...
+    @property
+    def letter_class(self) -> npt.NDArray[Any]: ...
+    @property
+    def initial_state(self) -> int: ...
+    @property
+    def next_state(self) -> npt.NDArray[Any]: ...
+    @property
+    def reward(self) -> npt.NDArray[Any]: ...
+    @property
+    def discount(self) -> npt.NDArray[Any]: ...
+    @property
+    def stop(self) -> npt.NDArray[Any]: ...
+    @property
+    def stop_reward(self) -> npt.NDArray[Any]: ...
+    @property
+    def violated(self) -> npt.NDArray[Any]: ...
+    @property
+    def accepted(self) -> npt.NDArray[Any]: ...
+
+
+class _LabelledProduct(ExplicitMDP):
+    """What both products share: pairs (MDP state, machine state), reachable ones only, ordered by the first.
+
+    Attributes:
+        mdp: the MDP.
+        mdp_state, machine_state: (n_states,), the two halves of a product state.
+    """
+
+    def __init__(self, mdp: LabelledMDP, unfolding: Unfolding, matrix: Any, leak: FloatArray | None) -> None:
+        super().__init__(
+            matrix,
+            unfolding.choice_start,
+            unfolding.choice_action,
+            unfolding.initial,
+            leak=leak,
+            n_actions=mdp.n_actions,
+        )
+        self.mdp = mdp
+        self.mdp_state = unfolding.mdp_state
+        self.machine_state = unfolding.machine_state
+
+    def lift(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
+        """A policy on MDP states, or on (MDP state, machine state), as one on product states.
+
+        Takes int (n_mdp_states,) or (n_mdp_states, n_machine_states), or float with a last axis (n_actions,).
+
+        Raises:
+            InvalidArgumentError: another shape.
+        """
+        given = np.asarray(policy)
+        shape = given.shape if np.issubdtype(given.dtype, np.integer) else given.shape[:-1]
+        if len(shape) == 1 and shape[0] == self.mdp.n_states:
+            return np.asarray(given[self.mdp_state])
+        if len(shape) == 2 and shape[0] == self.mdp.n_states and shape[1] > int(self.machine_state.max()):
+            return np.asarray(given[self.mdp_state, self.machine_state])
+        raise InvalidArgumentError(
+            f"a policy of shape {given.shape} and type {given.dtype} is neither one on {self.mdp.n_states} MDP states "
+            "nor one on pairs of MDP and automaton states"
+        )
+
+    def state_index(self, mdp_state: int, machine_state: int) -> int:
+        """The number of a product state, or -1 where it is not reachable."""
+        found = np.flatnonzero((self.mdp_state == mdp_state) & (self.machine_state == machine_state))
+        return int(found[0]) if found.size else -1
+
+    def describe(self, state: int | np.integer[Any]) -> str:
+        """The product state for a message."""
+        return f"{state} (MDP state {self.mdp.state_name(self.mdp_state[state])}, q{self.machine_state[state]})"
+
+
+class Product(_LabelledProduct):
+    """The product of a labelled MDP with a Rabin automaton, on its reachable states.
+
+    P((s, q), a, (s', q')) = P(s, a, s') * Pr(a letter l of s' has delta(q, l) = q'). With `initial_label="read"` the
+    automaton reads the label of the first state; with "skip" it starts in its raw initial state.
+
+    Marks are kept per *choice*: a choice has a mark iff one of its branches has it. That loses nothing, since a choice
+    taken infinitely often takes each of its branches infinitely often with probability 1; so letters that lead to the
+    same state with different marks need no states of their own.
+
+    Attributes:
+        automaton: the automaton; its states are `automaton_state` (n_states,).
+        choice_fin, choice_inf: (n_pairs, n_choices), bool.
+
+    Raises:
+        UnknownNameError: the automaton has a proposition that the MDP does not label.
+
+    References:
+        C. Baier, J.-P. Katoen, Principles of Model Checking, MIT Press 2008, section 10.6.4.
+    """
+
+    def __init__(self, mdp: LabelledMDP, automaton: RabinAutomaton, *, initial_label: InitialLabel = "read") -> None:
+        reader = Reader(
+            next_state=automaton.delta.astype(np.int64),
+            goes_on=np.ones(automaton.delta.shape, dtype=np.bool_),
+            initial_state=automaton.initial_state,
+            input_probability=input_probability(mdp, automaton.aps, automaton.letter_class),
+            ends=np.zeros(mdp.n_states, dtype=np.bool_),
+        )
+        unfolding = Unfolding(mdp, reader, initial_label)
+        super().__init__(mdp, unfolding, unfolding.transitions(), None)
+        self.automaton = automaton
+        self.choice_fin = _choice_marks(unfolding, automaton.edge_fin)
+        self.choice_inf = _choice_marks(unfolding, automaton.edge_inf)
+
+    @property
+    def automaton_state(self) -> IntArray:
+        """The automaton's half of each product state, shape (n_states,)."""
+        return self.machine_state
+
+
+class RewardProduct(_LabelledProduct):
+    """The product of a labelled MDP with reward tables: what an agent in the wrapped environment experiences.
+
+    `matrix` holds the undiscounted steps that go on; episodes end where the tables stop and in terminal states of the
+    MDP (`leak`). The automaton follows the tables, whatever they do on a deadlock.
+
+    `miss="hold"` reproduces the thesis' code: where the empty letter is drawn in a state that could have shown another
+    one, the automaton stays in q, and the step is paid as one that enters q.
+
+    Attributes:
+        tables: the reward tables.
+        reward: (n_choices,), expected reward of a step, rewards for stopping included.
+        violation, acceptance: (n_choices,), probability that the step violates / accepts.
+        unaccepted_end: (n_choices,), probability that the step ends the episode without accepting.
+
+    Raises:
+        UnknownNameError: the tables have a proposition that the MDP does not label.
+        InvalidArgumentError: `miss="hold"` with tables whose reward does not depend on the entered state alone.
+    """
+
+    def __init__(
+        self,
+        mdp: LabelledMDP,
+        tables: RewardColumns,
+        *,
+        initial_label: InitialLabel = "read",
+        miss: Miss = "empty",
+    ) -> None:
+        inputs = input_probability(mdp, tuple(tables.aps), np.asarray(tables.letter_class))
+        columns = {name: np.asarray(getattr(tables, name)) for name in _COLUMNS}
+        if miss == "hold":
+            inputs = _with_held_input(mdp, inputs, int(tables.letter_class[0]))
+            columns = _with_held_column(columns, tables.initial_state)
+        elif miss != "empty":
+            raise InvalidArgumentError(f'miss is {miss!r}, expected "empty" or "hold"')
+        stop = columns["stop"].astype(np.float64)
+        reader = Reader(
+            next_state=columns["next_state"].astype(np.int64),
+            goes_on=stop < 1,
+            initial_state=int(tables.initial_state),
+            input_probability=inputs,
+            ends=np.zeros(mdp.n_states, dtype=np.bool_) if mdp.terminal is None else mdp.terminal,
+        )
+        self._unfolding = Unfolding(mdp, reader, initial_label)
+        self._columns = columns
+        super().__init__(mdp, self._unfolding, self._unfolding.transitions(1 - stop), self._unfolding.ending(stop))
+        self.tables = tables
+        self.reward = self.expected(columns["reward"] + stop * columns["stop_reward"])
+        self.violation = self.expected(columns["violated"])
+        self.acceptance = self.expected(columns["accepted"])
+        rejected = ~columns["accepted"].astype(np.bool_)
+        self.unaccepted_end = self._unfolding.ending(stop, rejected)
+
+    def expected(self, column: npt.ArrayLike) -> FloatArray:
+        """The mean of a table (n_table_states, n_letter_classes) over the outcomes of each choice, (n_choices,)."""
+        return self._unfolding.expected(np.asarray(column, dtype=np.float64))
+
+    def discounted(self, discount: float | None = None) -> ExplicitMDP:
+        """The process for discounted returns: with the tables' own discounts (None), or with one number instead."""
+        if discount is not None:
+            return self.reweighted(discount)
+        weight = (1 - self._columns["stop"]) * self._columns["discount"]
+        return self._with_steps(weight)
+
+    def until_acceptance(self) -> ExplicitMDP:
+        """The process that ends with the first accepting step."""
+        return self._with_steps((1 - self._columns["stop"]) * ~self._columns["accepted"].astype(np.bool_))
+
+    def _with_steps(self, weight: FloatArray) -> ExplicitMDP:
+        matrix, leak = self._unfolding.transitions(weight), self._unfolding.ending(1 - weight)
+        return ExplicitMDP(
+            matrix, self.choice_start, self.choice_action, self.initial, leak=leak, n_actions=self.n_actions
+        )
+
+
+_COLUMNS = ("next_state", "reward", "discount", "stop", "stop_reward", "violated", "accepted")
+
+
+def _choice_marks(unfolding: Unfolding, marks: BoolArray) -> BoolArray:
+    rows = [unfolding.expected(table) > 0 for table in marks]
+    return np.array(rows, dtype=np.bool_).reshape(len(marks), unfolding.moves.shape[0])
+
+
+def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:
+    """Moves the empty letter of states that may show another letter to a new input, the last column."""
+    shown = np.asarray((mdp.label_probability @ (mdp.letters != 0).astype(np.float64)) > 0)
+    missed = np.asarray(mdp.label_probability @ (mdp.letters == 0).astype(np.float64)) * shown
+    states = np.flatnonzero(missed)
+    shape = (inputs.shape[0], inputs.shape[1] + 1)
+    rows = np.repeat(np.arange(shape[0]), np.diff(inputs.indptr))
+    data = np.concatenate((inputs.data, -missed[states], missed[states]))
+    row = np.concatenate((rows, states, states))
+    column = np.concatenate((inputs.indices, np.full(len(states), empty_class), np.full(len(states), shape[1] - 1)))
+    held = sparse.csr_array((data, (row, column)), shape=shape)
+    held.data[np.abs(held.data) < 1e-15] = 0
+    held.eliminate_zeros()
+    return held
+
+
+def _with_held_column(columns: dict[str, npt.NDArray[Any]], initial_state: int) -> dict[str, npt.NDArray[Any]]:
+    """The tables with one more column: stay in q, paid as a step that enters q."""
+    next_state = columns["next_state"]
+    n_states, n_classes = next_state.shape
+    kept = ~columns["violated"].astype(np.bool_).ravel()  # such a step may have been turned back from the deadlock
+    edge = np.flatnonzero(kept)
+    edge = edge[np.argsort(next_state.ravel()[edge], kind="stable")]
+    entered, first = np.unique(next_state.ravel()[edge], return_index=True)
+    representative = np.zeros(n_states, dtype=np.int64)
+    representative[entered] = edge[first]
+    held = {}
+    for name, table in columns.items():
+        flat = table.ravel()
+        column = flat[representative]
+        if name == "next_state":
+            column = np.arange(n_states, dtype=table.dtype)
+        elif (flat[edge] != column[next_state.ravel()[edge]]).any():
+            raise InvalidArgumentError(f'miss="hold" needs tables whose {name} depends on the entered state alone')
+        held[name] = np.concatenate((table, column[:, None]), axis=1)
+    if initial_state not in entered:
+        raise InvalidArgumentError('miss="hold": no step enters the initial state, so holding it has no reward')
+    return held

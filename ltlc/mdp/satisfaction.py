@@ -1,0 +1,104 @@
+"""How probably a run satisfies the automaton: at best, and under a given policy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.mdp.chain import induced_chain
+from ltlc.mdp.end_components import EndComponents, accepting_choices, accepting_end_components
+from ltlc.mdp.explicit import BoolArray, FloatArray, IntArray
+from ltlc.mdp.max_reachability import Method, max_reachability
+from ltlc.mdp.product import Product
+
+
+@dataclass(frozen=True, eq=False)
+class MaxSatisfaction:
+    """The maximum satisfaction probability (Pmax), with bounds and an optimal policy."""
+
+    probability: float
+    """Pmax from the initial states."""
+    lower: float
+    upper: float
+    state_probability: FloatArray
+    """shape (n_states,), Pmax from each product state."""
+    state_lower: FloatArray
+    state_upper: FloatArray
+    policy: IntArray
+    """shape (n_states,), an action per product state; memoryless, and enough to attain Pmax."""
+    components: tuple[EndComponents, ...]
+    """for each Rabin pair its accepting end components."""
+
+    @property
+    def winning(self) -> BoolArray:
+        """The product states in an accepting end component, shape (n_states,)."""
+        return np.any([np.zeros(len(self.policy), dtype=np.bool_), *(c.states for c in self.components)], axis=0)
+
+
+def max_satisfaction_probability(
+    product: Product, *, method: Method = "auto", precision: float = 1e-9, max_iterations: int = 10_000_000
+) -> MaxSatisfaction:
+    """The largest probability, over all policies, that a run is accepted.
+
+    It is the largest probability of reaching an accepting end component, where some policy then satisfies the condition
+    surely. `method`, `precision` and `max_iterations` are those of `max_reachability`.
+
+    Raises:
+        InvalidArgumentError: an unknown method, or a precision that is not positive.
+        LimitExceeded: the bounds are still apart after `max_iterations`.
+
+    References:
+        L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, chapter 4.
+        C. Baier, J.-P. Katoen, Principles of Model Checking, MIT Press 2008, theorem 10.127.
+    """
+    components = accepting_end_components(product)
+    inside = accepting_choices(product, components)
+    reach = max_reachability(product, inside >= 0, method=method, precision=precision, max_iterations=max_iterations)
+    start = product.initial
+    # a weighted sum of exact ones must stay an exact one
+    exact = bool((reach.value[start > 0] == 1).all())
+    lower, value, upper = (1.0 if exact else float(start @ bound) for bound in (reach.lower, reach.value, reach.upper))
+    policy = product.choice_action[np.where(inside >= 0, inside, reach.choice)]
+    return MaxSatisfaction(value, lower, upper, reach.value, reach.lower, reach.upper, policy, components)
+
+
+@dataclass(frozen=True, eq=False)
+class PolicySatisfaction:
+    """The probability that a run under one policy is accepted."""
+
+    probability: float
+    """from the initial states."""
+    state_probability: FloatArray
+    """shape (n_states,), from each product state; 0 and 1 are exact."""
+    accepting: BoolArray
+    """shape (n_states,), the recurrent states of accepting bottom components."""
+
+
+def satisfaction_probability(product: Product, policy: npt.ArrayLike) -> PolicySatisfaction:
+    """The probability that a run under `policy` is accepted, by bottom components and one sparse linear solve.
+
+    `policy` is on product states (`Product.lift` helps): int (n_states,) or float (n_states, n_actions).
+
+    Raises:
+        InvalidArgumentError: the policy does not fit the product.
+
+    References:
+        C. Baier, J.-P. Katoen, Principles of Model Checking, MIT Press 2008, theorem 10.56.
+    """
+    chain = induced_chain(product, policy)
+    bottom = chain.bottom_component
+    inside = np.flatnonzero(bottom >= 0)
+    number = bottom[inside]
+    accepted = np.zeros(int(bottom.max()) + 1, dtype=np.bool_)
+    for fin, inf in zip(product.choice_fin, product.choice_inf, strict=True):
+        sees_fin = np.bincount(number, chain.of_choices(fin.astype(np.float64))[inside]) > 0
+        sees_inf = np.bincount(number, chain.of_choices(inf.astype(np.float64))[inside]) > 0
+        accepted |= sees_inf & ~sees_fin
+    accepting = np.zeros(product.n_states, dtype=np.bool_)
+    accepting[inside] = accepted[number]
+    value = chain.absorption(accepting)
+    start = product.initial
+    probability = 1.0 if (value[start > 0] == 1).all() else float(start @ value)
+    return PolicySatisfaction(probability, value, accepting)
