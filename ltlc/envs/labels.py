@@ -15,6 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 from ltlc.automata.rabin import MAX_APS
 from ltlc.envs.grid_map import HOLD
@@ -80,12 +81,13 @@ def labeller_for(labels: LabelSource, aps: Sequence[str], env: Any, extra_labels
 
 
 def _declared_by(env: Any) -> tuple[str, ...] | None:
-    for holder in (env, getattr(env, "unwrapped", None)):
-        names = getattr(holder, "propositions", None)
-        if names is not None:
-            return tuple(names)
-    first = getattr(getattr(env, "unwrapped", None), "envs", None)  # SyncVectorEnv
-    return _declared_by(first[0]) if first else None
+    base = env.unwrapped
+    names = getattr(base, "propositions", None)
+    if names is not None:
+        return tuple(names)
+    if isinstance(base, SyncVectorEnv | AsyncVectorEnv) and all(base.call("has_wrapper_attr", "propositions")):
+        return tuple(base.get_attr("propositions")[0])
+    return None
 
 
 def _from_info(observation: Any, info: dict[str, Any]) -> Any:

@@ -126,8 +126,8 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         ltl, stops = self._read(letters, begun)
         if begun is not None:
             first = self._begin(letters, begun)
-            for key, column in first.items():
-                ltl[key][begun] = column[begun]
+            for key in ltl:
+                ltl[key][begun] = first[key][begun]
         if stops is not None:
             inner = terminated | truncated
             self._schedule(stops & ~inner)
@@ -336,7 +336,7 @@ def select(tree: Any, chosen: Any) -> Any:
 
 
 def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:
-    """Overwrite the masked entries of batched infos by those of others."""
+    """Replace the masked entries of batched infos by those of others; arrays are replaced, never written into."""
     for key, value in new.items():
         old = into.get(key)
         if isinstance(value, dict):
@@ -344,10 +344,10 @@ def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:
             merge(inner, value, mask)
             into[key] = inner
         elif isinstance(value, np.ndarray) and value.shape[:1] == mask.shape:
-            if not isinstance(old, np.ndarray) or old.shape != value.shape or old.dtype != value.dtype:
-                old = np.zeros_like(value)
-            old[mask] = value[mask]
-            into[key] = old
+            fits = isinstance(old, np.ndarray) and old.shape == value.shape and old.dtype == value.dtype
+            mixed = old.copy() if fits else np.zeros_like(value)
+            mixed[mask] = value[mask]
+            into[key] = mixed
         else:
             into[key] = value
 

@@ -17,7 +17,8 @@ def relevant_marks(dra: RabinAutomaton) -> tuple[BoolArray, BoolArray]:
     """Fin and Inf marks that can matter, each of shape (n_pairs, n_states, n_classes).
 
     A mark of a pair is kept only inside a strong component that has an accepting cycle of that pair: elsewhere it is
-    seen finitely often, or the pair cannot accept anyway. The language stays the same.
+    seen finitely often, or the pair cannot accept anyway. The language stays the same. Where marks are on states, the
+    edge on which a run comes into such a component keeps the Inf mark of the state it enters.
     """
     everywhere = np.ones_like(dra.delta, dtype=np.bool_)
     whole = _component(dra, everywhere)
@@ -27,7 +28,8 @@ def relevant_marks(dra: RabinAutomaton) -> tuple[BoolArray, BoolArray]:
         on_cycle = _inside(dra, allowed) & dra.edge_inf[i]
         live = np.isin(whole, whole[on_cycle.any(axis=1)])
         here = _inside(dra, everywhere) & live[:, None]
-        fin[i], inf[i] = dra.edge_fin[i] & here, dra.edge_inf[i] & here
+        fin[i] = dra.edge_fin[i] & here
+        inf[i] = dra.edge_inf[i] & (live[dra.delta] if dra.acceptance == "state" else here)
     return fin, inf
 
 

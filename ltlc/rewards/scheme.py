@@ -108,7 +108,8 @@ def tables_of(dra: RabinAutomaton, steps: Steps, on_deadlock: OnDeadlock) -> Rew
     """Put what a scheme says about steps together with deadlocks, accepting sinks and progress."""
     shape = dra.delta.shape
     violated = is_deadlock(dra)[dra.delta]
-    satisfied = is_accepting_sink(dra)[dra.delta] & (steps.satisfaction is not None)
+    settled = is_accepting_sink(dra)[dra.delta]
+    satisfied = settled & (steps.satisfaction is not None)
     reward, discount, stop, stop_reward = (
         np.broadcast_to(np.asarray(part, dtype=np.float64), shape).copy()
         for part in (steps.reward, steps.discount, steps.stop, steps.stop_reward)
@@ -132,7 +133,7 @@ def tables_of(dra: RabinAutomaton, steps: Steps, on_deadlock: OnDeadlock) -> Rew
         stop=stop,
         stop_reward=stop_reward,
         violated=violated,
-        accepted=steps.accepted & ~violated,
+        accepted=(steps.accepted | settled) & ~violated,
         automaton_state=np.arange(dra.n_states, dtype=np.int32),
         progress=progress(dra),
     )
