@@ -1,7 +1,72 @@
-"""LTL to deterministic Rabin automata to rewards."""
+"""LTL to deterministic Rabin automata to rewards for reinforcement learning.
 
+>>> import ltlc
+>>> dra = ltlc.compile("G(request -> F grant)")
+>>> dra.accepts(cycle=[{"request"}, {"grant"}])
+True
+
+The names below are imported on first use: `import ltlc` itself loads nothing but the standard library.
+"""
+
+from importlib import import_module as _import_module
 from pathlib import Path as _Path
+from typing import TYPE_CHECKING
 
 # The wheel carries agents/ and grammars/ inside this package; a checkout keeps them beside it.
 if not _Path(__path__[0], "agents").is_dir():
     __path__.append(str(_Path(__path__[0]).parent))
+
+from ltlc.version import __version__
+
+if TYPE_CHECKING:
+    from ltlc.compiler import DRA, compile, load
+    from ltlc.envs import LTLVectorWrapper, LTLWrapper
+    from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
+    from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
+    from ltlc.task import Task
+
+__all__ = [
+    "DRA",
+    "Formula",
+    "LTLVectorWrapper",
+    "LTLWrapper",
+    "LassoWord",
+    "LimitExceeded",
+    "LtlSyntaxError",
+    "LtlcError",
+    "Task",
+    "__version__",
+    "compile",
+    "load",
+    "parse",
+    "parse_word",
+    "satisfies",
+]
+
+_HOME = {
+    "DRA": "ltlc.compiler",
+    "Formula": "ltlc.ltl",
+    "LTLVectorWrapper": "ltlc.envs",
+    "LTLWrapper": "ltlc.envs",
+    "LassoWord": "ltlc.ltl",
+    "LimitExceeded": "ltlc.errors",
+    "LtlSyntaxError": "ltlc.errors",
+    "LtlcError": "ltlc.errors",
+    "Task": "ltlc.task",
+    "compile": "ltlc.compiler",
+    "load": "ltlc.compiler",
+    "parse": "ltlc.ltl",
+    "parse_word": "ltlc.ltl",
+    "satisfies": "ltlc.ltl",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'ltlc' has no attribute {name!r}")
+    value = globals()[name] = getattr(_import_module(_HOME[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,1 +1,37 @@
+"""Automata over infinite words: letters and guards, the deterministic Rabin automaton, and exact decisions on it."""
 
+from ltlc.automata.alphabet import Alphabet, guard_text
+from ltlc.automata.annotate import Annotations, ComponentKind, annotate
+from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.automata.canonical import canonical
+from ltlc.automata.compare import counterexample, equivalent, equivalent_states, included, is_empty
+from ltlc.automata.marks import simplify_marks
+from ltlc.automata.rabin import RabinAutomaton, RabinPair
+from ltlc.automata.reduce import merge_bisimilar, merge_equivalent, reduce
+from ltlc.automata.retarget import merge_by_trial
+from ltlc.automata.state_based import to_state_based, to_transition_based
+
+__all__ = [
+    "Alphabet",
+    "Annotations",
+    "BuchiAutomaton",
+    "BuchiEdge",
+    "ComponentKind",
+    "RabinAutomaton",
+    "RabinPair",
+    "annotate",
+    "canonical",
+    "counterexample",
+    "equivalent",
+    "equivalent_states",
+    "guard_text",
+    "included",
+    "is_empty",
+    "merge_bisimilar",
+    "merge_by_trial",
+    "merge_equivalent",
+    "reduce",
+    "simplify_marks",
+    "to_state_based",
+    "to_transition_based",
+]

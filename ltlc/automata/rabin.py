@@ -14,6 +14,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ltlc import graph
+from ltlc.automata.alphabet import Alphabet
+from ltlc.automata.annotate import Annotations, annotate
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError, UnknownNameError
 
 IntArray = npt.NDArray[np.int32]
@@ -79,8 +82,9 @@ class RabinAutomaton:
         _check(n_states > 0 and n_classes > 0, "there is no state or no letter class")
         _check(0 <= self.initial_state < n_states, f"initial state {self.initial_state} of {n_states} states")
         _check(bool((self.delta >= 0).all() and (self.delta < n_states).all()), "delta leads outside the states")
-        used = np.unique(self.letter_class)
-        _check(np.array_equal(used, np.arange(n_classes)), f"letter classes are not exactly 0..{n_classes - 1}")
+        in_range = self.letter_class.min() >= 0 and self.letter_class.max() < n_classes
+        used = in_range and bool(np.bincount(self.letter_class, minlength=n_classes).all())
+        _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
 
     @property
@@ -121,6 +125,62 @@ class RabinAutomaton:
             return frozenset((int(q), int(c)) for q, c in np.argwhere(marks))
 
         return tuple(RabinPair(entries(fin), entries(inf)) for fin, inf in zip(self.fin, self.inf, strict=True))
+
+    @cached_property
+    def rows(self) -> list[list[int]]:
+        """`delta` as lists, which are faster than arrays to look at entry by entry."""
+        rows: list[list[int]] = self.delta.tolist()
+        return rows
+
+    @cached_property
+    def marks(self) -> npt.NDArray[np.int64] | npt.NDArray[np.object_]:
+        """Marks as integers, shape as one pair of `fin`: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
+        if self.n_pairs <= 31:
+            bits = np.int64(1) << (2 * np.arange(self.n_pairs))
+            return np.tensordot(bits, self.fin + 2 * self.inf.astype(np.int64), 1)
+        marks = np.zeros(self.fin.shape[1:], dtype=object)
+        for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
+            marks |= (fin.astype(object) + 2 * inf.astype(object)) << (2 * i)
+        return marks
+
+    @cached_property
+    def edge_marks(self) -> list[list[int]]:
+        """`marks` seen on `delta[state, class]`, as lists; those of the entered state if acceptance is on states."""
+        on_edges: list[list[int]] = (self.marks[self.delta] if self.acceptance == "state" else self.marks).tolist()
+        return on_edges
+
+    @cached_property
+    def marked_graph(self) -> list[list[tuple[int, int]]]:
+        """Per state, its distinct (next state, marks) in increasing order; marks as in `edge_marks`."""
+        return [
+            sorted(set(zip(targets, marks, strict=True)))
+            for targets, marks in zip(self.rows, self.edge_marks, strict=True)
+        ]
+
+    @cached_property
+    def scc(self) -> list[int]:
+        """Strong component of each state, numbered in topological order."""
+        return graph.strong_components(self.rows)
+
+    @cached_property
+    def alphabet(self) -> Alphabet:
+        """Propositions and letter classes, for guards."""
+        return Alphabet(self.aps, self.letter_class)
+
+    @cached_property
+    def annotations(self) -> Annotations:
+        """What is known about each state: its component, whether it can still accept or reject, and how far it is."""
+        return annotate(self)
+
+    @property
+    def deadlocks(self) -> tuple[int, ...]:
+        """States from which no word is accepted."""
+        return self.annotations.deadlocks
+
+    @property
+    def accepting_sinks(self) -> tuple[int, ...]:
+        """States from which every word is accepted."""
+        return self.annotations.accepting_sinks
 
     @cached_property
     def _ap_bit(self) -> dict[str, int]:

@@ -1,1 +1,34 @@
+"""Environments that a formula can be taught in: wrappers, labels, grid worlds.
 
+Importing this package registers the grid worlds with Gymnasium: `gymnasium.make("ltlc/Thesis10x10-v0")`.
+"""
+
+from ltlc.envs.grid import GridWorld, VectorGridWorld
+from ltlc.envs.grid_map import HOLD, GridMap, grid_map
+from ltlc.envs.labels import LabelFunction
+from ltlc.envs.recorded import RECORDED, recorded_automaton
+from ltlc.envs.registration import register_envs
+from ltlc.envs.tabular import labelled_mdp
+from ltlc.envs.thesis import thesis_map, thesis_vector_world, thesis_world
+from ltlc.envs.vector_wrapper import LTLVectorWrapper
+from ltlc.envs.wrapper import LTLWrapper
+
+__all__ = [
+    "HOLD",
+    "RECORDED",
+    "GridMap",
+    "GridWorld",
+    "LTLVectorWrapper",
+    "LTLWrapper",
+    "LabelFunction",
+    "VectorGridWorld",
+    "grid_map",
+    "labelled_mdp",
+    "recorded_automaton",
+    "register_envs",
+    "thesis_map",
+    "thesis_vector_world",
+    "thesis_world",
+]
+
+register_envs()

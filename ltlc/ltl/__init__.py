@@ -1,1 +1,77 @@
+"""Linear temporal logic: formulas, their text, their rewriting and their meaning.
 
+text -> formula (parser) -> smaller formula (rewrite) -> text (printer)
+formula, lasso word -> truth (semantics)
+"""
+
+from ltlc.ltl.diagnosis import LtlSyntaxWarning
+from ltlc.ltl.formula import (
+    FALSE,
+    TRUE,
+    Always,
+    And,
+    Constant,
+    Eventually,
+    Formula,
+    Iff,
+    Implies,
+    Next,
+    Not,
+    Or,
+    Proposition,
+    Release,
+    StrongRelease,
+    Until,
+    WeakUntil,
+    Xor,
+    fold,
+    postorder,
+    propositions,
+)
+from ltlc.ltl.hierarchy import HierarchyClass, classify
+from ltlc.ltl.normal import nnf
+from ltlc.ltl.parser import parse, read_formulas
+from ltlc.ltl.printer import Syntax, to_text
+from ltlc.ltl.purity import is_pure_eventuality, is_pure_universality
+from ltlc.ltl.rewrite import simplify
+from ltlc.ltl.semantics import LassoWord, Letter, satisfies
+from ltlc.ltl.words import parse_word
+
+__all__ = [
+    "FALSE",
+    "TRUE",
+    "Always",
+    "And",
+    "Constant",
+    "Eventually",
+    "Formula",
+    "HierarchyClass",
+    "Iff",
+    "Implies",
+    "LassoWord",
+    "Letter",
+    "LtlSyntaxWarning",
+    "Next",
+    "Not",
+    "Or",
+    "Proposition",
+    "Release",
+    "StrongRelease",
+    "Syntax",
+    "Until",
+    "WeakUntil",
+    "Xor",
+    "classify",
+    "fold",
+    "is_pure_eventuality",
+    "is_pure_universality",
+    "nnf",
+    "parse",
+    "parse_word",
+    "postorder",
+    "propositions",
+    "read_formulas",
+    "satisfies",
+    "simplify",
+    "to_text",
+]

@@ -7,9 +7,15 @@ are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; nothing e
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
-from typing import Any, ClassVar, Self
+from collections.abc import Callable, Iterator
+from threading import RLock
+from typing import Any, ClassVar, Self, TypeVar, cast
 from weakref import WeakValueDictionary
+
+from ltlc.errors import InvalidArgumentError
+
+F = TypeVar("F", bound="Formula")
+T = TypeVar("T")
 
 
 class Formula:
@@ -25,12 +31,39 @@ class Formula:
     args: tuple[Formula, ...]
     _hash: int
 
+    def __new__(cls, *_: Any) -> Self:
+        raise TypeError("use parse() or the class of an operator")
+
     def __hash__(self) -> int:
         # Structural and independent of PYTHONHASHSEED, so that no set of formulas can leak an order into a result.
         return self._hash
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"formulas are immutable: cannot set {name!r}")
+
+    def __str__(self) -> str:
+        from ltlc.ltl.printer import to_text
+
+        return to_text(self)
+
+    def __repr__(self) -> str:
+        return f"parse({str(self)!r})"
+
+    def with_args(self, args: tuple[Formula, ...]) -> Formula:
+        """The same operator on other operands; itself if they are its own."""
+        if args == self.args:
+            return self
+        return type(self)(*args)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A flat list instead of nested objects: pickle recurses into those.
+        return _rebuild, (_flatten(self),)
 
     def __invert__(self) -> Formula:
         return Not(self)
@@ -47,9 +80,10 @@ class Formula:
 
 # Interning is invisible from outside: an entry dies with the last reference to its node.
 _interned: WeakValueDictionary[tuple[object, ...], Formula] = WeakValueDictionary()
+_interning = RLock()  # two threads that build one formula must get one object
 
 
-def _intern(cls: type[Formula], args: tuple[Formula, ...], payload: str | bool | None = None) -> Any:
+def _intern(cls: type[F], args: tuple[Formula, ...], payload: str | bool | None = None) -> F:
     key = (cls, payload, args)
     node = _interned.get(key)
     if node is None:
@@ -59,8 +93,9 @@ def _intern(cls: type[Formula], args: tuple[Formula, ...], payload: str | bool |
         object.__setattr__(node, "_hash", hash((seed, *(child._hash for child in args))))
         if payload is not None:
             object.__setattr__(node, "name" if isinstance(payload, str) else "value", payload)
-        _interned[key] = node
-    return node
+        with _interning:
+            node = _interned.setdefault(key, node)
+    return cast(F, node)
 
 
 class Constant(Formula):
@@ -74,12 +109,18 @@ class Constant(Formula):
 
 
 class Proposition(Formula):
-    """An atomic proposition, known by its name."""
+    """An atomic proposition, known by its name.
+
+    Raises:
+        InvalidArgumentError: the name is empty.
+    """
 
     __slots__ = ("name",)
     name: str
 
     def __new__(cls, name: str) -> Self:
+        if not name:
+            raise InvalidArgumentError("the name of a proposition has at least one character")
         return _intern(cls, (), str(name))
 
 
@@ -126,22 +167,22 @@ class Always(_Unary):
 
 
 class And(Formula):
-    """Conjunction of any number of formulas; of none it is `true`, of one it is that one."""
+    """Conjunction of any number of formulas; of none it is `true`, of one it is that one, whatever its type."""
 
     __slots__ = ()
     symbol = "&"
 
-    def __new__(cls, *operands: Formula) -> Any:
+    def __new__(cls, *operands: Formula) -> Self:
         return _flat(cls, operands, TRUE)
 
 
 class Or(Formula):
-    """Disjunction of any number of formulas; of none it is `false`, of one it is that one."""
+    """Disjunction of any number of formulas; of none it is `false`, of one it is that one, whatever its type."""
 
     __slots__ = ()
     symbol = "|"
 
-    def __new__(cls, *operands: Formula) -> Any:
+    def __new__(cls, *operands: Formula) -> Self:
         return _flat(cls, operands, FALSE)
 
 
@@ -198,15 +239,13 @@ TRUE = Constant(True)
 FALSE = Constant(False)
 
 
-def _flat(cls: type[Formula], operands: tuple[Formula, ...], empty: Formula) -> Formula:
+def _flat(cls: type[F], operands: tuple[Formula, ...], empty: Formula) -> F:
     if any(type(operand) is cls for operand in operands):
         operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
-    if not operands:
-        return empty
-    if len(operands) == 1:
-        return operands[0]
-    node: Formula = _intern(cls, operands)
-    return node
+    if len(operands) > 1:
+        return _intern(cls, operands)
+    # Not an F, but callers of And and Or need no more than a Formula.
+    return cast(F, operands[0] if operands else empty)
 
 
 def postorder(formula: Formula) -> Iterator[Formula]:
@@ -221,6 +260,79 @@ def postorder(formula: Formula) -> Iterator[Formula]:
             seen.add(id(node))
             stack.append((node, True))
             stack.extend((child, False) for child in reversed(node.args))
+
+
+def fold(
+    formula: Formula,
+    done: dict[Formula, T],
+    compute: Callable[[Formula, list[T]], T],
+    within: tuple[type[Formula], ...] | None = None,
+) -> T:
+    """Evaluates a formula bottom-up without recursion: `compute(node, values of its operands)`, once per node.
+
+    Args:
+        formula: where to start.
+        done: values known already, kept between calls; the new ones are added.
+        compute: the value of a node.
+        within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
+    """
+    stack = [] if formula in done else [formula]
+    while stack:
+        node = stack[-1]
+        args = node.args if within is None or isinstance(node, within) else ()
+        missing = [] if node in done else [child for child in args if child not in done]
+        if missing:
+            stack.extend(missing)
+            continue
+        if node not in done:
+            done[node] = compute(node, [done[child] for child in args])
+        stack.pop()
+    return done[formula]
+
+
+def _flatten(formula: Formula) -> list[tuple[Any, ...]]:
+    """The subformulas in postorder, each as (class name, payload or indices of its operands)."""
+    index: dict[Formula, int] = {}
+    rows: list[tuple[Any, ...]] = []
+    for node in postorder(formula):
+        if isinstance(node, Constant):
+            rows.append(("Constant", node.value))
+        elif isinstance(node, Proposition):
+            rows.append(("Proposition", node.name))
+        else:
+            rows.append((type(node).__name__, *(index[child] for child in node.args)))
+        index[node] = len(index)
+    return rows
+
+
+def _rebuild(rows: list[tuple[Any, ...]]) -> Formula:
+    nodes: list[Formula] = []
+    for name, *payload in rows:
+        cls = _CLASSES[name]
+        nodes.append(cls(*payload) if cls in (Constant, Proposition) else cls(*(nodes[i] for i in payload)))
+    return nodes[-1]
+
+
+_CLASSES: dict[str, Any] = {
+    cls.__name__: cls
+    for cls in (
+        Constant,
+        Proposition,
+        Not,
+        Next,
+        Eventually,
+        Always,
+        And,
+        Or,
+        Implies,
+        Iff,
+        Xor,
+        Until,
+        WeakUntil,
+        Release,
+        StrongRelease,
+    )
+}
 
 
 def propositions(formula: Formula) -> tuple[str, ...]:

@@ -1,1 +1,8 @@
+"""LTL to deterministic Rabin automata: a portfolio of constructions, and one pipeline that keeps the smallest result."""
 
+from ltlc.translate.constructions import CONSTRUCTIONS, Construction
+from ltlc.translate.pipeline import translate
+
+TRANSLATORS = CONSTRUCTIONS
+
+__all__ = ["TRANSLATORS", "Construction", "translate"]

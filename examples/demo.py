@@ -1,0 +1,37 @@
+"""A task in temporal logic, from its text to a picture and two verdicts; `make demo` runs it.
+
+The task is the first one of the source work: visit A and later B, never enter C, and in the end stay at T.
+"""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from ltlc.cli.app import run
+
+TASK = "F(A & F B) & G!C & FG T"
+FOLDER = Path("demo")
+
+
+def ltlc(*arguments: str) -> int:
+    """Show a command line and run it."""
+    print(f"\n$ ltlc {shlex.join(arguments)}", flush=True)
+    code = run(arguments)
+    if code == 1:
+        print("(exit code 1: rejected)")
+    return code
+
+
+def main() -> None:
+    FOLDER.mkdir(exist_ok=True)
+    automaton, picture = str(FOLDER / "task.json"), str(FOLDER / "task.svg")
+    ltlc("compile", TASK, "-o", automaton)
+    drawn = ltlc("show", automaton, "-o", picture) == 0
+    ltlc("check", automaton, "--word", "A; B; cycle{T}")
+    ltlc("check", TASK, "--word", "A; C; B; cycle{T}")
+    print(f"\nThe automaton is in {automaton}{f', its picture in {picture}' if drawn else ''}.")
+
+
+if __name__ == "__main__":
+    main()

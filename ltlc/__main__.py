@@ -1,0 +1,5 @@
+"""`python -m ltlc` is the command `ltlc`."""
+
+from ltlc.cli import main
+
+main()

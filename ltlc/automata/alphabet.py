@@ -1,0 +1,225 @@
+"""Letters, letter classes, and guards: sets of letters written as short Boolean formulas.
+
+A letter is a bitmask, bit i = proposition i. A Boolean function of n propositions is a column: a bool array of
+length 2**n with one entry per letter. Letters on which all functions of interest agree form one letter class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.ltl.formula import Proposition
+
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+class HasLetters(Protocol):
+    """Anything with propositions and a table of letter classes: an `Alphabet` or an automaton."""
+
+    @property
+    def aps(self) -> tuple[str, ...]:
+        """Names of the propositions, bit 0 first."""
+
+    @property
+    def letter_class(self) -> IntArray:
+        """Shape (2**len(aps),), int32; entry = class of the letter."""
+
+
+class Guard(NamedTuple):
+    """A Boolean formula in two levels, of literals (index of the proposition, whether it is positive)."""
+
+    disjunctive: bool
+    """True: an Or of And terms; False: an And of Or clauses."""
+    terms: tuple[tuple[tuple[int, bool], ...], ...]
+
+    @property
+    def size(self) -> int:
+        """Number of literals."""
+        return sum(map(len, self.terms))
+
+    def text(self, names: Sequence[str], true: str = "true", false: str = "false") -> str:
+        """The guard with these names of the propositions, e.g. `a & !b | c`."""
+        inner, outer = (" & ", " | ") if self.disjunctive else (" | ", " & ")
+        if not self.terms or not self.terms[0]:
+            return true if bool(self.terms) == self.disjunctive else false
+        parts = [inner.join(("" if positive else "!") + names[i] for i, positive in term) for term in self.terms]
+        if not self.disjunctive and len(parts) > 1:
+            parts = [f"({part})" if len(term) > 1 else part for part, term in zip(parts, self.terms, strict=True)]
+        return outer.join(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Alphabet:
+    """Propositions and the class of every letter."""
+
+    aps: tuple[str, ...]
+    letter_class: IntArray
+    """shape (2**len(aps),), int32; entry = class of the letter."""
+
+    @cached_property
+    def relevant(self) -> tuple[int, ...]:
+        """The propositions that the class of a letter depends on, as indices into `aps`."""
+        return support(self.letter_class)
+
+    @cached_property
+    def relevant_class(self) -> IntArray:
+        """Shape (2**len(relevant),), int32; the class of each valuation of the relevant propositions."""
+        return project(self.letter_class, self.relevant)
+
+    @cached_property
+    def first_letter(self) -> IntArray:
+        """Shape (n_classes,), int32; the smallest letter of each class."""
+        return first_positions(self.letter_class)
+
+    def guard(self, classes: Iterable[int]) -> Guard:
+        """A short formula that is true of exactly the letters of these classes."""
+        chosen = np.zeros(int(self.relevant_class.max()) + 1, dtype=np.bool_)
+        chosen[list(classes)] = True
+        column = chosen[self.relevant_class]
+        needed = support(column)
+        guard = shortest_guard(truth_table(project(column, needed)), len(needed))
+        names = [self.relevant[i] for i in needed]
+        return Guard(guard.disjunctive, tuple(tuple((names[i], sign) for i, sign in term) for term in guard.terms))
+
+
+def guard_text(source: HasLetters, classes: Iterable[int]) -> str:
+    """The letters of some classes as a short Boolean formula in LTL syntax, names quoted where they need it.
+
+    The formula is exact, irredundant, and a sum of products or a product of sums, whichever has fewer literals.
+
+    >>> guard_text(Alphabet(("a", "b"), np.array([0, 0, 0, 1])), [0])
+    '!a | !b'
+    """
+    alphabet = source if isinstance(source, Alphabet) else getattr(source, "alphabet", None)
+    if not isinstance(alphabet, Alphabet):
+        alphabet = Alphabet(source.aps, source.letter_class)
+    return alphabet.guard(classes).text([quoted(name) for name in alphabet.aps])
+
+
+def quoted(name: str) -> str:
+    """The name of a proposition as LTL syntax reads it back, in double quotes if need be."""
+    return str(Proposition(name))
+
+
+def proposition_column(index: int, n_aps: int) -> BoolArray:
+    """The letters that contain proposition `index`, shape (2**n_aps,), bool."""
+    return np.tile(np.repeat(np.array([False, True]), 1 << index), 1 << (n_aps - 1 - index))
+
+
+def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_aps: int) -> tuple[IntArray, IntArray]:
+    """The coarsest letter classes on which every column is constant, numbered by their first letter.
+
+    Args:
+        columns: arrays of shape (2**n_aps,), of bool or of any integers.
+        n_aps: number of propositions.
+
+    Returns:
+        `letter_class`, shape (2**n_aps,), and the first letter of each class, shape (n_classes,); both int32.
+    """
+    key = np.zeros(1 << n_aps, dtype=np.int32)
+    for column in columns:
+        code = _dense(np.asarray(column))
+        key = _dense(key.astype(np.int64) * (int(code.max()) + 1) + code)
+    first = first_positions(key)
+    order = np.argsort(first)
+    rank = np.empty_like(key, shape=len(order))
+    rank[order] = np.arange(len(order))
+    return rank[key], first[order]
+
+
+def first_positions(codes: IntArray) -> IntArray:
+    """The first position of each of the codes 0..m, all of which occur; shape (m + 1,), int32."""
+    first = np.empty(int(codes.max()) + 1, dtype=np.int32)
+    first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1, dtype=np.int32)  # the last assignment stays
+    return first
+
+
+def _dense(column: npt.NDArray[np.generic]) -> IntArray:
+    """The values of a column as codes 0..m in their order; without sorting where they are small."""
+    if column.dtype.kind in "bui" and int(column.min()) >= 0 and int(column.max()) <= 4 * len(column):
+        present = np.bincount(column) > 0
+        codes: IntArray = (np.cumsum(present, dtype=np.int32) - 1)[column.astype(np.int64)]
+        return codes
+    inverse: IntArray = np.unique(column, return_inverse=True)[1].astype(np.int32)
+    return inverse
+
+
+def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:
+    """The propositions that a column depends on, as indices."""
+    n_aps = len(column).bit_length() - 1
+    pairs = (column.reshape(-1, 2, 1 << i) for i in range(n_aps))
+    return tuple(i for i, halves in enumerate(pairs) if not np.array_equal(halves[:, 0], halves[:, 1]))
+
+
+def project(column: npt.NDArray[_Scalar], indices: Sequence[int]) -> npt.NDArray[_Scalar]:
+    """The column over these propositions alone (bit j = `indices[j]`), the others being absent."""
+    letters = np.zeros(1, dtype=np.int64)
+    for i in indices:
+        letters = np.concatenate([letters, letters | (1 << i)])
+    return column[letters]
+
+
+def truth_table(column: BoolArray) -> int:
+    """The column as an integer: bit k is the value at letter k."""
+    return int.from_bytes(np.packbits(column, bitorder="little").tobytes(), "little")
+
+
+def shortest_guard(table: int, n_aps: int) -> Guard:
+    """A short two-level formula for a truth table over n_aps propositions (bit k = value at letter k).
+
+    Both the function and its complement are covered; ties go to the sum of products.
+    """
+    full = (1 << (1 << n_aps)) - 1
+    terms = irredundant_cover(table, n_aps)
+    clauses = irredundant_cover(full & ~table, n_aps)
+    guard = Guard(True, _sorted_terms(terms))
+    dual = Guard(False, _sorted_terms([tuple((i, not sign) for i, sign in term) for term in clauses]))
+    return dual if dual.size < guard.size else guard
+
+
+def irredundant_cover(table: int, n_aps: int) -> list[tuple[tuple[int, bool], ...]]:
+    """An irredundant sum of products of a truth table: terms of literals, propositions in increasing order.
+
+    References:
+        S. Minato, Fast generation of irredundant sum-of-products forms from binary decision diagrams, SASIMI 1992;
+        E. Morreale, Recursive operators for prime implicant and irredundant normal form determination, IEEE Trans.
+        Computers 1970, doi 10.1109/T-C.1970.222967. Here on integers as truth tables.
+    """
+    known: dict[tuple[int, int, int], tuple[int, list[tuple[tuple[int, bool], ...]]]] = {}
+
+    def cover(lower: int, upper: int, n: int) -> tuple[int, list[tuple[tuple[int, bool], ...]]]:
+        """Terms over n propositions of a function between lower and upper, and its table."""
+        if not lower:
+            return 0, []
+        if upper == (1 << (1 << n)) - 1:
+            return upper, [()]
+        result = known.get((lower, upper, n))
+        if result is not None:
+            return result
+        n -= 1
+        half = 1 << n
+        mask = (1 << half) - 1
+        low0, low1, up0, up1 = lower & mask, lower >> half, upper & mask, upper >> half
+        table0, terms0 = cover(low0 & ~up1, up0, n)
+        table1, terms1 = cover(low1 & ~up0, up1, n)
+        both, shared = cover((low0 & ~table0) | (low1 & ~table1), up0 & up1, n)
+        terms = [(*t, (n, False)) for t in terms0] + [(*t, (n, True)) for t in terms1] + shared
+        result = ((table0 | both) | ((table1 | both) << half), terms)
+        known[(lower, upper, n + 1)] = result
+        return result
+
+    return cover(table, table, n_aps)[1]
+
+
+def _sorted_terms(terms: Iterable[tuple[tuple[int, bool], ...]]) -> tuple[tuple[tuple[int, bool], ...], ...]:
+    """Short terms first, then by proposition, positive literals first."""
+    return tuple(sorted(terms, key=lambda term: (len(term), [(i, not sign) for i, sign in term])))

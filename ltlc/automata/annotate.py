@@ -1,0 +1,117 @@
+"""What is known about the states of a Rabin automaton: components, deadlocks, sinks, distances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc import graph
+from ltlc.automata.emptiness import All, Fin, Inf, MarkedGraph, accepting_nodes, streett
+
+_Array = TypeVar("_Array", bound=npt.NDArray[np.generic])
+
+
+class ComponentKind(StrEnum):
+    """What the runs that stay in a strong component do."""
+
+    TRANSIENT = "transient"
+    """there are none"""
+    ACCEPTING = "accepting"
+    """all are accepted"""
+    REJECTING = "rejecting"
+    """all are rejected"""
+    MIXED = "mixed"
+    """some are accepted, some rejected"""
+
+
+@dataclass(frozen=True, eq=False)
+class Annotations:
+    """Facts about the states, reachable or not, of one automaton."""
+
+    deadlocks: tuple[int, ...]
+    """states from which no word is accepted."""
+    accepting_sinks: tuple[int, ...]
+    """states from which every word is accepted."""
+    scc: npt.NDArray[np.int32]
+    """shape (n_states,), int32; entry = strong component, numbered in topological order."""
+    scc_kinds: tuple[ComponentKind, ...]
+    """one per strong component."""
+    live_pairs: npt.NDArray[np.bool_]
+    """shape (n_pairs, n_states), bool; entry = some word is accepted by this pair from this state."""
+    distance: npt.NDArray[np.int32]
+    """shape (n_states,), int32; entry = letters to the nearest state on an accepting cycle, -1 from a deadlock."""
+
+    @property
+    def n_sccs(self) -> int:
+        """Number of strong components, transient ones included."""
+        return len(self.scc_kinds)
+
+
+class HasMarkedGraph(Protocol):
+    """The part of a Rabin automaton that annotations depend on."""
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of Rabin pairs."""
+
+    @property
+    def marked_graph(self) -> MarkedGraph:
+        """Distinct (next state, marks) per state."""
+
+    @property
+    def scc(self) -> list[int]:
+        """Strong component of each state, numbered in topological order."""
+
+
+def annotate(automaton: HasMarkedGraph) -> Annotations:
+    """Compute the annotations; `automaton.annotations` keeps them.
+
+    A deadlock is found by emptiness and a sink by universality, both exactly and not by the look of a self-loop:
+    a state is live for pair i iff it reaches a cycle without Fin and with Inf of i, and is not universal iff it
+    reaches a cycle that no pair accepts.
+    """
+    edges = automaton.marked_graph
+    n_states, n_pairs = len(edges), automaton.n_pairs
+    successors = [list({target: None for target, _ in row}) for row in edges]
+    predecessors = graph.predecessor_lists(successors)
+    scc = automaton.scc
+    members = graph.component_members(scc)
+    cyclic = [part for part in members if len(part) > 1 or part[0] in successors[part[0]]]
+
+    accepting: set[int] = set()
+    live_pairs = np.zeros((n_pairs, n_states), dtype=np.bool_)
+    for i in range(n_pairs):
+        on_cycle = accepting_nodes(edges, All((Fin(2 * i), Inf(2 * i + 1))), cyclic)
+        accepting |= on_cycle
+        live_pairs[i, graph.reachable(predecessors, sorted(on_cycle))] = True
+    rejecting = accepting_nodes(edges, streett(n_pairs), cyclic)
+
+    distance = graph.distances(predecessors, sorted(accepting))
+    not_universal = set(graph.reachable(predecessors, sorted(rejecting)))
+    kinds = [ComponentKind.TRANSIENT] * len(members)
+    for part in cyclic:
+        accepts, rejects = not accepting.isdisjoint(part), not rejecting.isdisjoint(part)
+        kinds[scc[part[0]]] = (
+            ComponentKind.MIXED
+            if accepts and rejects
+            else ComponentKind.ACCEPTING
+            if accepts
+            else ComponentKind.REJECTING
+        )
+    return Annotations(
+        deadlocks=tuple(q for q in range(n_states) if distance[q] < 0),
+        accepting_sinks=tuple(q for q in range(n_states) if q not in not_universal),
+        scc=_frozen(np.array(scc, dtype=np.int32)),
+        scc_kinds=tuple(kinds),
+        live_pairs=_frozen(live_pairs),
+        distance=_frozen(np.array(distance, dtype=np.int32)),
+    )
+
+
+def _frozen(array: _Array) -> _Array:
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,76 @@
+"""The nondeterministic automaton: transition-based generalized Buchi, edges labelled with sets of letters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from ltlc.automata.emptiness import All, Inf, accepting_nodes
+from ltlc.errors import InvalidAutomatonError
+
+
+class BuchiEdge(NamedTuple):
+    """An edge for every letter of a set."""
+
+    letters: int
+    """bit k = letter (or letter class) k is read."""
+    target: int
+    marks: int
+    """bit i = the edge is in acceptance set i."""
+
+
+@dataclass(frozen=True)
+class BuchiAutomaton:
+    """A run is accepted iff it takes edges of each acceptance set infinitely often; a word, iff one of its runs is.
+
+    Raises:
+        InvalidAutomatonError: a state, letter or mark is out of range.
+    """
+
+    n_letters: int
+    initial: tuple[int, ...]
+    """initial states."""
+    edges: tuple[tuple[BuchiEdge, ...], ...]
+    """outgoing edges per state; a letter without an edge ends the run."""
+    n_sets: int
+    """number of acceptance sets; with none, every infinite run is accepted."""
+
+    def __post_init__(self) -> None:
+        n = len(self.edges)
+        fits = all(0 <= q < n for q in self.initial) and all(
+            0 <= edge.target < n and 0 <= edge.letters < 1 << self.n_letters and 0 <= edge.marks < 1 << self.n_sets
+            for row in self.edges
+            for edge in row
+        )
+        if not fits:
+            raise InvalidAutomatonError("an initial state, a target, a letter or a mark is out of range")
+
+    @property
+    def n_states(self) -> int:
+        """Number of states."""
+        return len(self.edges)
+
+    def successors(self, states: Iterable[int], letter: int) -> list[int]:
+        """The states reached from some of these by one letter, in increasing order."""
+        return sorted({e.target for q in states for e in self.edges[q] if e.letters >> letter & 1})
+
+    def accepts(self, prefix: Sequence[int], cycle: Sequence[int]) -> bool:
+        """Whether the word `prefix` followed by `cycle` for ever is accepted; `cycle` must not be empty."""
+        states = list(self.initial)
+        for letter in prefix:
+            states = self.successors(states, letter)
+        length = len(cycle)
+        number = {(state, 0): i for i, state in enumerate(dict.fromkeys(states))}
+        order = list(number)
+        rows: list[list[tuple[int, int]]] = []
+        for state, position in order:  # grows while it is read
+            rows.append([])
+            for letters, target, marks in self.edges[state]:
+                if letters >> cycle[position] & 1:
+                    node = (target, (position + 1) % length)
+                    if node not in number:
+                        number[node] = len(order)
+                        order.append(node)
+                    rows[-1].append((number[node], marks))
+        return bool(accepting_nodes(rows, All(tuple(Inf(i) for i in range(self.n_sets)))))

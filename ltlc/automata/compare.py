@@ -1,0 +1,196 @@
+"""Exact decisions on languages: emptiness, inclusion, equivalence, and a word as evidence.
+
+All work on the product of the two automata. L(a) is not inside L(b) iff the product has a reachable cycle that some
+pair of a accepts and no pair of b: one Rabin pair together with a Streett condition, for each pair of a.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc import graph
+from ltlc.automata.alphabet import Alphabet, BoolArray, IntArray, letter_classes
+from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_nodes, accepting_walk, exactly_one, only_first
+from ltlc.automata.partition import number_blocks, pairs_within, refine
+from ltlc.automata.rabin import MAX_APS, RabinAutomaton
+from ltlc.errors import AlphabetLimitExceeded
+from ltlc.ltl.semantics import LassoWord
+
+
+class _Product(NamedTuple):
+    """The reachable product of two automata; node 0 is initial."""
+
+    edges: MarkedGraph
+    """marks of the first automaton, and those of the second shifted by twice the pairs of the first."""
+    delta: IntArray
+    """shape (n_nodes, n_letters); entry = next node."""
+    marks: Sequence[Sequence[int]]
+    """like `delta`; entry = marks of the edge."""
+    aps: tuple[str, ...]
+    letters: IntArray
+    """shape (n_letters,); one letter over `aps` for each joint letter class."""
+
+    def letters_along(self, edges: Sequence[Edge]) -> list[int]:
+        """Letters that lead along these edges."""
+        columns = (
+            next(c for c in range(len(self.letters)) if self.delta[q, c] == target and self.marks[q][c] == marks)
+            for q, target, marks in edges
+        )
+        return [int(self.letters[c]) for c in columns]
+
+
+def is_empty(a: RabinAutomaton) -> bool:
+    """Whether no word is accepted."""
+    return a.initial_state in a.annotations.deadlocks
+
+
+def included(a: RabinAutomaton, b: RabinAutomaton) -> bool:
+    """Whether every word that a accepts is accepted by b; a proposition that only one of them knows is free."""
+    return accepting_walk(_product(a, b).edges, only_first(a.n_pairs, b.n_pairs), 0) is None
+
+
+def equivalent(a: RabinAutomaton, b: RabinAutomaton) -> bool:
+    """Whether the automata accept the same words; a proposition that only one of them knows is free."""
+    return accepting_walk(_product(a, b).edges, exactly_one(a.n_pairs, b.n_pairs), 0) is None
+
+
+def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
+    """A word that exactly one of the automata accepts, or None if they are equivalent."""
+    found = distinguishing_letters(a, b)
+    if found is None:
+        return None
+    aps, prefix, cycle = found
+    return LassoWord(_letter_sets(aps, prefix), _letter_sets(aps, cycle))
+
+
+def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[str, ...], list[int], list[int]] | None:
+    """`counterexample` as propositions, and prefix and cycle as bitmasks over them.
+
+    The propositions are those that matter to one of the automata, in the order of a and then b.
+    """
+    product = _product(a, b)
+    walk = accepting_walk(product.edges, exactly_one(a.n_pairs, b.n_pairs), 0)
+    return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
+
+
+def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArray:
+    """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
+
+    Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
+    not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
+    exactly one side accepts.
+
+    Args:
+        a: any Rabin automaton.
+        max_edges: product edges to look at; the largest groups of states that would need more count as different, so
+            that states of one class still have the same language. None: decide all.
+    """
+    bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
+    first = np.unique(bisimilar, return_index=True)[1]
+    delta = bisimilar[a.delta[first]]
+    marks = [a.edge_marks[q] for q in first.tolist()]
+    block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
+    left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
+
+    shift = 2 * a.n_pairs
+    rows = delta.tolist()
+    edges: list[list[tuple[int, int]]] = []
+    told_apart: set[int] = set()
+    for p, q in node:
+        steps = {
+            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
+        }
+        if all((s, t) in node for s, t, _ in steps):
+            edges.append(sorted((node[s, t], m) for s, t, m in steps))
+        else:
+            told_apart.add(len(edges))
+            edges.append([])
+    told_apart |= accepting_nodes(edges, exactly_one(a.n_pairs, a.n_pairs))
+    different = np.zeros(len(left), dtype=np.bool_)
+    different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
+
+    smallest = np.arange(len(first))
+    np.minimum.at(smallest, left[~different], right[~different])
+    return number_blocks(smallest[bisimilar].tolist())
+
+
+def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
+    """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
+    n_states, n_classes = delta.shape
+    blocks = np.zeros(n_states, dtype=np.int32)
+    if not 1 <= n_pairs <= 31:
+        return blocks
+    target = delta.T.astype(np.int64)
+    seen = np.array(marks, dtype=np.int64).T
+    rows = np.arange(n_classes)[:, None]
+    verdicts = [_accepted_for_ever(target, seen, n_pairs)]
+    for step in range(1, min(n_classes, 8) if n_states * n_classes < 100_000 else 1):
+        other = (rows + step) % n_classes
+        verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
+    return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
+
+
+def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
+    """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
+    rows = np.arange(len(target))[:, None]
+    for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
+        target, seen = target[rows, target], seen | seen[rows, target]
+    on_cycle = seen[rows, target]
+    pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
+    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
+    return accepted
+
+
+def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:
+    return tuple(frozenset(name for i, name in enumerate(aps) if letter >> i & 1) for letter in letters)
+
+
+def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:
+    """Breadth-first over whole layers of states, so that large products are built by numpy."""
+    aps, letters, class_a, class_b = _joint_letters(a.alphabet, b.alphabet)
+    delta_a, delta_b = a.delta[:, class_a].astype(np.int64), b.delta[:, class_b].astype(np.int64)
+    layers = [np.array([a.initial_state * b.n_states + b.initial_state], dtype=np.int64)]
+    seen = layers[0]
+    successors: list[npt.NDArray[np.int64]] = []
+    while len(layers[-1]):
+        state_a, state_b = np.divmod(layers[-1], b.n_states)
+        successors.append(delta_a[state_a] * b.n_states + delta_b[state_b])
+        layers.append(np.setdiff1d(successors[-1], seen))
+        seen = np.union1d(seen, layers[-1])
+    codes = np.concatenate(layers)
+    order = np.argsort(codes)
+    delta = order[np.searchsorted(codes, np.concatenate(successors), sorter=order)].astype(np.int32)
+
+    shift = 2 * a.n_pairs
+    marks_a = [[row[c] for c in class_a.tolist()] for row in a.edge_marks]
+    marks_b = [[row[c] << shift for c in class_b.tolist()] for row in b.edge_marks]
+    marks = [
+        [m | n for m, n in zip(marks_a[code // b.n_states], marks_b[code % b.n_states], strict=True)]
+        for code in codes.tolist()
+    ]
+    edges = [sorted(set(zip(targets, row, strict=True))) for targets, row in zip(delta.tolist(), marks, strict=True)]
+    return _Product(edges, delta, marks, aps, letters)
+
+
+def _joint_letters(a: Alphabet, b: Alphabet) -> tuple[tuple[str, ...], IntArray, IntArray, IntArray]:
+    """Propositions that matter to either, one letter per joint class, and the classes of that letter in a and in b."""
+    aps = tuple(dict.fromkeys([a.aps[i] for i in a.relevant] + [b.aps[i] for i in b.relevant]))
+    if len(aps) > MAX_APS:
+        raise AlphabetLimitExceeded(f"the automata depend on {len(aps)} propositions together; at most {MAX_APS} fit")
+    column_a, column_b = _column(a, aps), _column(b, aps)
+    _, letters = letter_classes([column_a, column_b], len(aps))
+    return aps, letters, column_a[letters], column_b[letters]
+
+
+def _column(alphabet: Alphabet, aps: tuple[str, ...]) -> IntArray:
+    """The class of each letter over `aps`, which name all that matters to the alphabet."""
+    bits = {alphabet.aps[i]: 1 << i for i in alphabet.relevant}
+    letters = np.zeros(1, dtype=np.int64)
+    for name in aps:
+        letters = np.concatenate([letters, letters | bits.get(name, 0)])
+    return alphabet.letter_class[letters]

@@ -1,0 +1,152 @@
+"""The marks of a Rabin automaton, brought to as few pairs as this finds and as regular as they can be.
+
+Only cycles matter, so every strong component chooses its marks alone; pair i of one component has nothing to do with
+pair i of another. Within a component, pairs are tried to be replaced by one: let *good* be the edges on a cycle that
+they accept, and *bad* the good edges on a cycle among them that is rejected by all pairs. Then Fin = not good and
+Inf = good but not bad accepts only what is accepted, and suffices iff no cycle of bad edges is accepted by them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from ltlc import graph
+from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, Some, accepting_parts, streett
+from ltlc.automata.rabin import RabinAutomaton
+
+EdgePair = tuple[set[Edge], set[Edge]]
+"""Fin and Inf edges of one pair in one strong component."""
+
+
+def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
+    """Choose the marks anew: no mark on edges that are on no cycle, and only needed pairs.
+
+    No Fin where there is no accepting cycle, no pair with Fin where one without does (Buchi type), one pair where one
+    suffices (Rabin index 1), pairs merged or dropped otherwise. Every cycle keeps its acceptance; the kind of
+    acceptance stays. One pair is kept even if nothing is accepted.
+
+    References:
+        S. C. Krishnan, A. Puri, R. K. Brayton, Deterministic omega-automata vis-a-vis deterministic Buchi automata,
+        ISAAC 1994, doi 10.1007/3-540-58325-4_202, for the Buchi type; the same idea is used here for one Rabin pair.
+    """
+    chosen = [(c.nodes, c.pairs()) for c in components(automaton)]
+    n_pairs = max([1, *(len(pairs) for _, pairs in chosen)])
+    fin = np.zeros((n_pairs, *automaton.fin.shape[1:]), dtype=np.bool_)
+    inf = np.zeros_like(fin)
+    on_states = automaton.acceptance == "state"
+    marks, delta = automaton.edge_marks, automaton.delta.tolist()
+    for nodes, pairs in chosen:
+        for i, pair in enumerate(pairs):
+            for table, edges in zip((fin[i], inf[i]), pair, strict=True):
+                if on_states:
+                    table[[target for _, target, _ in edges]] = True
+                    continue
+                for q in nodes if edges else ():
+                    table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
+    return replace(automaton, fin=fin, inf=inf)
+
+
+def components(automaton: RabinAutomaton) -> Iterator[Component]:
+    """The non-trivial strong components, in topological order."""
+    scc = automaton.scc
+    for nodes in graph.component_members(scc):
+        inside = scc[nodes[0]]
+        edges = [(q, t, m) for q in nodes for t, m in automaton.marked_graph[q] if scc[t] == inside]
+        if edges:
+            yield Component(nodes, edges, automaton.n_pairs, automaton.acceptance == "state")
+
+
+@dataclass(frozen=True)
+class Component:
+    """A strong component, with marks as in `RabinAutomaton.edge_marks`."""
+
+    nodes: list[int]
+    edges: list[Edge]
+    n_pairs: int
+    on_states: bool
+    """whether all edges into a state must get the same marks."""
+
+    @cached_property
+    def rejected(self) -> Condition:
+        """No pair accepts."""
+        return streett(self.n_pairs)
+
+    def pairs(self) -> list[EdgePair]:
+        """Pairs that accept the same cycles, as few as found."""
+        inner = set(self.edges)
+        everything = range(self.n_pairs)
+        good, bad = self.on_cycles(_accepted_by(everything), inner), self.on_cycles(self.rejected, inner)
+        if not good:
+            return []
+        if not bad:
+            return [(set(), inner)]
+        if not self.on_cycles(_accepted_by(everything), bad):
+            return [(set(), inner - bad)]
+        single = self.one_pair(everything)
+        if single is not None:
+            return [single]
+        return self.irredundant(self.merged_pairs())
+
+    def one_pair(self, pairs: Iterable[int]) -> EdgePair | None:
+        """One pair that accepts all cycles that some of these accept, and none that all pairs reject; or None."""
+        inner = set(self.edges)
+        accepted = _accepted_by(pairs)
+        good = self.on_cycles(accepted, inner)
+        bad = self.on_cycles(self.rejected, good) & good
+        return None if self.on_cycles(accepted, bad) else (inner - good, good - bad)
+
+    def merged_pairs(self) -> list[EdgePair]:
+        """Pairs for groups of the old ones, groups joined greedily."""
+        useful = [i for i in range(self.n_pairs) if self.on_cycles(_accepted_by([i]), set(self.edges))]
+        groups: list[tuple[int, ...]] = [(i,) for i in useful]
+        found = [pair for group in groups if (pair := self.one_pair(group)) is not None]
+        joined = True
+        while joined:
+            joined = False
+            for i, j in combinations(range(len(groups)), 2):
+                pair = self.one_pair(groups[i] + groups[j])
+                if pair is not None:
+                    groups[i], found[i] = groups[i] + groups[j], pair
+                    del groups[j], found[j]
+                    joined = True
+                    break
+        return found
+
+    def irredundant(self, pairs: list[EdgePair]) -> list[EdgePair]:
+        """Without the pairs that accept only cycles that others accept."""
+        by_new_marks = []
+        for edge in self.edges:
+            marks = sum((edge in fin) << (2 * i) | (edge in inf) << (2 * i + 1) for i, (fin, inf) in enumerate(pairs))
+            by_new_marks.append((edge[0], edge[1], marks))
+        renamed = Component(self.nodes, by_new_marks, len(pairs), self.on_states)
+        kept = list(range(len(pairs)))
+        for i in reversed(range(len(pairs))):
+            others = tuple(Some((Inf(2 * j), Fin(2 * j + 1))) for j in kept if j != i)
+            if not renamed.on_cycles(All((Fin(2 * i), Inf(2 * i + 1), *others)), set(by_new_marks)):
+                kept.remove(i)
+        return [pairs[i] for i in kept]
+
+    def on_cycles(self, condition: Condition, edges: set[Edge]) -> set[Edge]:
+        """The edges on a cycle, among these, that satisfies the condition; or all edges into such states."""
+        index = {node: i for i, node in enumerate(self.nodes)}
+        rows: list[list[tuple[int, int]]] = [[] for _ in self.nodes]
+        for edge in self.edges:
+            if edge in edges:
+                rows[index[edge[0]]].append((index[edge[1]], edge[2]))
+        targets: set[int] = set()
+        found: set[Edge] = set()
+        for part in accepting_parts(rows, condition):
+            inside = {self.nodes[i] for i in part.nodes}
+            targets |= inside
+            if not self.on_states:
+                found |= {e for e in edges if e[0] in inside and e[1] in inside and not e[2] & part.avoided}
+        return {edge for edge in self.edges if edge[1] in targets} if self.on_states else found
+
+
+def _accepted_by(pairs: Iterable[int]) -> Condition:
+    return Some(tuple(All((Fin(2 * i), Inf(2 * i + 1))) for i in pairs))

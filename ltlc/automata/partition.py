@@ -1,0 +1,54 @@
+"""Partition refinement: which states of a deterministic table can be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+IntArray = npt.NDArray[np.int32]
+
+
+def number_blocks(keys: Iterable[Hashable]) -> IntArray:
+    """Equal keys get equal numbers, in order of first appearance."""
+    seen: dict[Hashable, int] = {}
+    return np.array([seen.setdefault(key, len(seen)) for key in keys], dtype=np.int32)
+
+
+def refine(delta: IntArray, block: IntArray) -> IntArray:
+    """The coarsest partition inside `block` whose blocks no sequence of letters tells apart.
+
+    Args:
+        delta: shape (n_states, n_classes); entry = next state.
+        block: shape (n_states,); states with different entries are different.
+
+    Returns:
+        The block of each state, numbered by their first states; shape (n_states,), int32.
+
+    References:
+        E. F. Moore, Gedanken-experiments on sequential machines, Automata Studies 1956, doi 10.1515/9781400882618-006.
+    """
+    block = number_blocks(block.tolist())
+    n_blocks = int(block.max()) + 1
+    while True:
+        rows = block[delta]
+        block = number_blocks((b, row.tobytes()) for b, row in zip(block.tolist(), rows, strict=True))
+        if int(block.max()) + 1 == n_blocks:
+            return block
+        n_blocks = int(block.max()) + 1
+
+
+def pairs_within(block: IntArray, limit: int | None = None) -> tuple[IntArray, IntArray]:
+    """All ordered pairs of different states of one block, small blocks first, whole blocks up to a limit of pairs."""
+    sizes = np.bincount(block).astype(np.int64)
+    by_size = np.argsort(sizes, kind="stable")
+    pairs = np.cumsum((sizes * (sizes - 1))[by_size])
+    chosen = by_size if limit is None else by_size[pairs <= limit]
+    found = [np.zeros((2, 0), dtype=np.int32)]
+    for b in chosen[sizes[chosen] > 1].tolist():
+        members = np.flatnonzero(block == b).astype(np.int32)
+        left, right = np.repeat(members, len(members)), np.tile(members, len(members))
+        found.append(np.array([left[left != right], right[left != right]]))
+    left, right = np.concatenate(found, axis=1)
+    return left, right

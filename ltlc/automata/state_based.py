@@ -1,0 +1,136 @@
+"""Acceptance moved from transitions to states and back."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+
+from ltlc import graph
+from ltlc.automata.canonical import canonical
+from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_one
+from ltlc.automata.marks import Component, components, simplify_marks
+from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.reduce import reduce
+from ltlc.automata.retarget import EFFORT
+
+MAX_EDGES_CHECKED = 20_000
+"""bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
+
+
+def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
+    """The same automaton with the marks of each state on the transitions into it."""
+    if automaton.acceptance == "transition":
+        return automaton
+    return replace(automaton, fin=automaton.edge_fin, inf=automaton.edge_inf, acceptance="transition")
+
+
+def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
+    """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
+
+    A state is split by the marks of the transitions that enter it from its own strong component; other transitions
+    enter any copy. Before, marks that do not matter are chosen such that few states are split: the marks of one group
+    of transitions into a state become those of another wherever no cycle changes its acceptance. The second attempt
+    also leaves out a mark that the state before carries: a run takes it just as often infinitely often, and the copies
+    have more in common.
+
+    Args:
+        automaton: any Rabin automaton.
+        effort: see `merge_by_trial`.
+    """
+    if automaton.acceptance == "state":
+        return reduce(automaton, effort=effort)
+    simple = simplify_marks(canonical(automaton))
+    marks: dict[Edge, int] = {}
+    for component in components(simple):
+        marks.update(_even_marks(component))
+    best = reduce(_split(simple, marks), effort=effort)
+    if best.n_states > simple.n_states + _states_split_for_sure(simple):
+        alternative = reduce(_split(simple, marks, once=True), effort=effort)
+        best = min(best, alternative, key=lambda a: a.n_states)
+    return best
+
+
+def _states_split_for_sure(automaton: RabinAutomaton) -> int:
+    """Components of one state with accepted and rejected cycles; these need two states at least."""
+    members = graph.component_members(automaton.scc)
+    alone = [part[0] for part in members if len(part) == 1]
+    return sum(len({marks for target, marks in automaton.marked_graph[q] if target == q}) > 1 for q in alone)
+
+
+def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:
+    """States are (state, marks on entry).
+
+    Args:
+        automaton: with acceptance on transitions.
+        marks: new marks of the edges inside strong components; the others have none.
+        once: leave out marks on entry that the state before has.
+    """
+    copies: dict[int, set[int]] = defaultdict(set)
+    for (_, target, _), new in marks.items():
+        copies[target].add(new)
+    some_copy = {state: min(entry) for state, entry in copies.items()}
+
+    rows, old_marks = automaton.delta.tolist(), automaton.edge_marks
+    start = automaton.initial_state
+    order = [(start, some_copy.get(start, 0))]
+    number = {order[0]: 0}
+    delta: list[list[int]] = []
+    for state, carried in order:  # grows while it is read
+        delta.append([])
+        for target, old in zip(rows[state], old_marks[state], strict=True):
+            entry = marks.get((state, target, old))
+            if entry is None:
+                entry = some_copy.get(target, 0)
+            elif once:
+                entry &= ~carried
+            node = (target, entry)
+            if node not in number:
+                number[node] = len(order)
+                order.append(node)
+            delta[-1].append(number[node])
+
+    fin = [[bool(entry >> 2 * i & 1) for _, entry in order] for i in range(automaton.n_pairs)]
+    inf = [[bool(entry >> 2 * i + 1 & 1) for _, entry in order] for i in range(automaton.n_pairs)]
+    return replace(
+        automaton,
+        delta=np.array(delta, dtype=np.int32),
+        fin=np.array(fin, dtype=np.bool_).reshape(-1, len(order)),
+        inf=np.array(inf, dtype=np.bool_).reshape(-1, len(order)),
+        initial_state=0,
+        acceptance="state",
+        state_names=None,
+    )
+
+
+def _even_marks(component: Component) -> dict[Edge, int]:
+    """New marks for the edges, equivalent on all cycles, with few different ones into each state."""
+    marks = {edge: edge[2] for edge in component.edges}
+    into: dict[int, list[Edge]] = defaultdict(list)
+    for edge in component.edges:
+        into[edge[1]].append(edge)
+    budget = MAX_EDGES_CHECKED
+    differ = exactly_one(component.n_pairs, component.n_pairs)
+    for edges in into.values():
+        merged = True
+        while merged and budget > 0:
+            merged = False
+            for old, new in permutations(sorted({marks[edge] for edge in edges}), 2):
+                attempt = marks | {edge: new for edge in edges if marks[edge] == old}
+                budget -= len(marks)
+                if _same_acceptance(component, attempt, differ):
+                    marks, merged = attempt, True
+                    break
+    return marks
+
+
+def _same_acceptance(component: Component, marks: Mapping[Edge, int], differ: Condition) -> bool:
+    """Whether every cycle is accepted with these marks iff it is with the old ones."""
+    index = {node: i for i, node in enumerate(component.nodes)}
+    rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]
+    for (source, target, old), new in marks.items():
+        rows[index[source]].append((index[target], old | new << 2 * component.n_pairs))
+    return next(accepting_parts(rows, differ), None) is None

@@ -1,0 +1,78 @@
+"""`ltlc compile -F`: a file of formulas becomes a stream of automata."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from ltlc.cli.messages import complain
+from ltlc.cli.outputs import write_bytes
+from ltlc.cli.summary import as_data
+
+if TYPE_CHECKING:
+    from ltlc.compiler import DRA
+
+
+def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence[str], as_json: bool) -> int:
+    """Compile the formulas of a file one after the other.
+
+    Each result is on standard output before the next formula is read. Files are written at the end, complete.
+
+    Args:
+        source: a path, or `-` for standard input.
+        translate: from the text of one formula to its automaton.
+        targets: .hoa files, and `-` for standard output, which is also meant when there are none.
+        as_json: print a summary per line instead of HOA.
+
+    Returns:
+        The exit code: 2 if a line failed, else 0.
+    """
+    from ltlc.atomic import atomic_write
+    from ltlc.errors import LtlcError
+    from ltlc.ltl import read_formulas
+
+    files = [target for target in targets if target != "-"]
+    collected: list[str] = []
+    code = 0
+    with _opened(source) as lines:
+        for number, text in read_formulas(lines):
+            try:
+                dra = translate(text)
+            except LtlcError as error:
+                code = complain(f"{_named(source)}: {_on_line(error, number)}")
+                continue
+            if files:
+                collected.append(dra.to_hoa())
+            if as_json:
+                print(json.dumps(as_data(dra), ensure_ascii=False), flush=True)
+            elif not files or "-" in targets:
+                write_bytes(dra.to_hoa().encode("utf-8"))
+    for file in files:
+        atomic_write(file, "".join(collected))
+    return code
+
+
+@contextmanager
+def _opened(source: str) -> Iterator[TextIO]:
+    if source == "-":
+        yield sys.stdin
+    else:
+        with Path(source).open(encoding="utf-8") as stream:
+            yield stream
+
+
+def _named(source: str) -> str:
+    return "standard input" if source == "-" else source
+
+
+def _on_line(error: Exception, number: int) -> str:
+    from ltlc.errors import LtlSyntaxError
+
+    if isinstance(error, LtlSyntaxError):  # its own position, but in the file
+        text = "\n" * (number - 1) + error.text
+        return str(LtlSyntaxError(error.message, text, number, error.column, error.hint))
+    return f"line {number}: {error}"

@@ -1,0 +1,80 @@
+"""`ltlc compile`: formulas to automata."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ltlc.cli import flags
+from ltlc.cli.batch import compile_file
+from ltlc.cli.inputs import formula_text
+from ltlc.cli.outputs import Format, Output, check_targets, write_targets
+from ltlc.cli.summary import as_data, one_line, print_summary
+from ltlc.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from ltlc.compiler import DRA
+
+
+def compile_(
+    formula: Annotated[str | None, typer.Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")] = None,
+    formulas: Annotated[
+        str | None,
+        typer.Option("--formulas", "-F", metavar="FILE", help="A file of formulas, one a line, or - to read them."),
+    ] = None,
+    output: Output = None,
+    form: Annotated[
+        Format | None, typer.Option("--format", "-f", help="Write the automaton to standard output in this format.")
+    ] = None,
+    acceptance: flags.Acceptance = "state",
+    translator: flags.Translator = "auto",
+    max_states: flags.MaxStates = 100_000,
+    timeout: flags.Timeout = None,
+    json_: flags.Json = False,
+) -> None:
+    """Compile an LTL formula into a deterministic Rabin automaton.
+
+    Without -o and --format a summary is printed.
+
+    With -F the automata are written as a stream of HOA, in the order of the
+    formulas; a line that fails is reported with its number, the rest goes on,
+    and the exit code is 2.
+
+    \b
+    Examples:
+      ltlc compile "F(A & F B) & G!C & FG T" -o dra.json -o dra.svg
+      ltlc compile "G(request -> F grant)" --format hoa
+      ltlc compile -F formulas.txt --acceptance transition > automata.hoa
+      echo "GF a -> GF b" | ltlc compile - --json
+    """
+    from ltlc.compiler import compile
+
+    def translated(text: str) -> DRA:
+        return compile(text, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
+
+    targets = output or (["-"] if form else [])
+    if (formula is None) == (formulas is None):
+        raise InvalidArgumentError("give either a FORMULA or, with -F, a file of formulas")
+    if form and "-" not in targets:
+        raise InvalidArgumentError("--format is for standard output; the suffix of -o says the format of a file")
+    if json_ and "-" in targets:
+        raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
+    check_targets(targets)
+    if formula is not None:
+        _one(translated(formula_text(formula)), targets, form or "hoa", json_)
+        return
+    if form not in (None, "hoa") or any(target != "-" and not target.endswith(".hoa") for target in targets):
+        raise InvalidArgumentError("-F writes a stream of automata, which only HOA can hold")
+    raise typer.Exit(compile_file(formulas or "-", translated, targets, json_))
+
+
+def _one(dra: DRA, targets: list[str], form: Format, json_: bool) -> None:
+    write_targets(dra, targets, form)
+    if json_:
+        print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))
+    elif not targets:
+        print_summary(dra)
+    elif "-" not in targets:
+        print(f"{', '.join(targets)}: {one_line(dra)}")

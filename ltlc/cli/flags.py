@@ -1,0 +1,38 @@
+"""Options that several commands share; a command lists those it wants among its parameters."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+
+
+def _translator_names(incomplete: str) -> list[str]:
+    from ltlc.translate import TRANSLATORS
+
+    return [name for name in ("auto", *TRANSLATORS) if name.startswith(incomplete)]
+
+
+Translator = Annotated[
+    str,
+    typer.Option(
+        "--translator",
+        "-t",
+        metavar="NAME",
+        help="Construction to use, a name from 'ltlc translators'; auto keeps the smallest result of several.",
+        autocompletion=_translator_names,
+    ),
+]
+Acceptance = Annotated[
+    Literal["state", "transition"],
+    typer.Option("--acceptance", "-a", help="Put the marks of the pairs on states or on transitions."),
+]
+MaxStates = Annotated[
+    int,
+    typer.Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),
+]
+Timeout = Annotated[
+    float | None,
+    typer.Option("--timeout", metavar="SECONDS", help="Give up, with exit code 3, after this time."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]

@@ -1,0 +1,38 @@
+"""What a command is given: a formula, a file, or `-` for standard input."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ltlc.compiler import DRA
+
+AUTOMATON_SUFFIXES = (".json", ".hoa")
+
+
+def formula_text(argument: str) -> str:
+    """The formula given as an argument, or on standard input for `-`."""
+    return sys.stdin.read() if argument == "-" else argument
+
+
+def given_automaton(source: str) -> DRA | str:
+    """The automaton in a file, or on standard input; or the text itself, where it is a formula."""
+    from ltlc.compiler import DRA, load
+
+    path = Path(source)
+    if source == "-":
+        text = sys.stdin.read()
+        if text.lstrip().startswith("{"):
+            from ltlc.formats import from_json
+
+            return DRA.of(from_json(text))
+        if text.lstrip().startswith("HOA:"):
+            from ltlc.formats import from_hoa
+
+            return DRA.of(from_hoa(text))
+        return text
+    if path.suffix.lower() in AUTOMATON_SUFFIXES or (path.suffix and path.is_file()):
+        return load(path)
+    return source

@@ -1,0 +1,49 @@
+"""`ltlc show`: look at an automaton."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+from ltlc.cli import flags
+from ltlc.cli.inputs import given_automaton
+from ltlc.cli.outputs import Output, check_targets, write_targets
+from ltlc.cli.summary import as_data, print_summary
+from ltlc.errors import InvalidArgumentError
+
+
+def show(
+    source: Annotated[str, typer.Argument(metavar="SOURCE", help="A .json or .hoa file, a formula, or - to read one.")],
+    output: Output = None,
+    acceptance: flags.Acceptance = "state",
+    translator: flags.Translator = "auto",
+    max_states: flags.MaxStates = 100_000,
+    timeout: flags.Timeout = None,
+    json_: flags.Json = False,
+) -> None:
+    """Summarise an automaton on the terminal, and draw it with -o.
+
+    Acceptance, translator and limits matter only where SOURCE is a formula.
+
+    \b
+    Examples:
+      ltlc show dra.json
+      ltlc show dra.hoa -o dra.svg
+      ltlc show "GF a -> GF b" --acceptance transition
+    """
+    from ltlc.compiler import compile
+
+    targets = output or []
+    if json_ and "-" in targets:
+        raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
+    check_targets(targets)
+    dra = given_automaton(source)
+    if isinstance(dra, str):
+        dra = compile(dra, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
+    write_targets(dra, targets)
+    if json_:
+        print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))
+    elif "-" not in targets:
+        print_summary(dra)

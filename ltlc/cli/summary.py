@@ -1,0 +1,137 @@
+"""An automaton in a few lines, for a person and for a program."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from ltlc.compiler import DRA
+
+ROWS = 60
+"""States listed on a terminal; a longer list is better read by a program."""
+
+
+def as_data(dra: DRA) -> dict[str, Any]:
+    """The summary as JSON values; states by number, transitions as [state, letter class]."""
+    notes = dra.annotations
+    return {
+        "formula": dra.formula,
+        "class": _hierarchy_class(dra),
+        "translator": dra.translator,
+        "acceptance": dra.acceptance,
+        "aps": list(dra.aps),
+        "n_states": dra.n_states,
+        "n_classes": dra.n_classes,
+        "n_pairs": dra.n_pairs,
+        "initial_state": dra.initial_state,
+        "pairs": [{"B": sorted(map(_plain, pair.fin)), "G": sorted(map(_plain, pair.inf))} for pair in dra.pairs],
+        "deadlocks": list(dra.deadlocks),
+        "accepting_sinks": list(dra.accepting_sinks),
+        "scc": notes.scc.tolist(),
+        "distance": notes.distance.tolist(),
+    }
+
+
+def _plain(entry: int | tuple[int, int]) -> Any:
+    return list(entry) if isinstance(entry, tuple) else entry
+
+
+def _hierarchy_class(dra: DRA) -> str | None:
+    from ltlc.errors import LtlcError
+    from ltlc.ltl import classify, parse
+
+    try:
+        return classify(parse(dra.formula)).value if dra.formula else None
+    except LtlcError:  # the name of an automaton from elsewhere need not be a formula
+        return None
+
+
+def one_line(dra: DRA) -> str:
+    """Size and kind."""
+    return f"{_count(dra.n_states, 'state')}, {_count(dra.n_pairs, 'pair')}, {dra.acceptance}-based"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def print_summary(dra: DRA) -> None:
+    """Print the summary to standard output: what it is, then a row per state."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    console.print(Text(dra.formula or "an automaton without a formula", style="bold"))
+    console.print(_facts(dra))
+    console.print(_states(dra))
+    if dra.n_states > ROWS:
+        console.print(f"... and {dra.n_states - ROWS} more states; --json lists them all")
+
+
+def _facts(dra: DRA) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    def listed(states: tuple[int, ...], meaning: str) -> str:
+        return f"{' '.join(map(str, states))}  ({meaning})" if states else "none"
+
+    facts = {
+        "automaton": f"deterministic Rabin, {one_line(dra)}",
+        "propositions": " ".join(dra.aps) or "none",
+        "letters": f"{2 ** len(dra.aps)}, of which it tells {dra.n_classes} apart",
+        "class": _hierarchy_class(dra) or "unknown",
+        "translator": dra.translator or "unknown",
+        "accepted runs": _condition(dra.n_pairs),
+        "deadlocks": listed(dra.deadlocks, "nothing is accepted any more"),
+        "accepting sinks": listed(dra.accepting_sinks, "everything is accepted"),
+    }
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="dim")
+    table.add_column()
+    for name, value in facts.items():
+        table.add_row(name, Text(value))
+    return table
+
+
+def _condition(n_pairs: int) -> str:
+    if n_pairs == 0:
+        return "none"
+    which = "0" if n_pairs == 1 else "i"
+    some = "" if n_pairs == 1 else ", for some i"
+    return f"see +{which} infinitely often and −{which} only finitely often{some}"
+
+
+def _states(dra: DRA) -> Table:
+    """A row per state: what it is, how far from acceptance, and where each guard leads."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from ltlc.automata import guard_text
+    from ltlc.formats.edges import edges, state_marks
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("state", "marks", "component", "distance", "letters and next state"):
+        table.add_column(heading, justify="right" if heading in ("state", "distance") else "left")
+    notes = dra.annotations
+    rows: list[list[str]] = [[] for _ in range(dra.n_states)]
+    for edge in edges(dra):
+        rows[edge.source].append(f"{guard_text(dra, edge.classes)} → {edge.target}{_marks(edge.fin, edge.inf)}")
+    for state, leads in enumerate(rows[:ROWS]):
+        style = "red" if state in dra.deadlocks else "green" if state in dra.accepting_sinks else ""
+        table.add_row(
+            f"{'→ ' if state == dra.initial_state else ''}{state}",
+            _marks(*state_marks(dra, state)).strip(),
+            f"{notes.scc[state]} {notes.scc_kinds[notes.scc[state]]}",
+            str(notes.distance[state]) if notes.distance[state] >= 0 else "∞",
+            Text("\n".join(leads)),
+            style=style,
+        )
+    return table
+
+
+def _marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
+    """The marks of the pairs as in the picture: + for Inf, − for Fin."""
+    return "".join(f" {sign}{pair}" for sign, pairs in (("+", inf), ("−", fin)) for pair in pairs)

@@ -1,0 +1,135 @@
+"""What the tool is named for: a formula in, an annotated deterministic Rabin automaton out."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import fields
+from pathlib import Path
+from typing import Self
+
+from ltlc import formats
+from ltlc.automata import RabinAutomaton
+from ltlc.automata.rabin import Acceptance
+from ltlc.errors import InvalidArgumentError, MissingProgramError
+from ltlc.formats.picture import draw
+from ltlc.ltl import Formula, parse
+from ltlc.translate import translate
+
+NOTEBOOK_STATES = 200
+"""A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
+
+
+class DRA(RabinAutomaton):
+    """A deterministic Rabin automaton that can write itself.
+
+    Made by `compile` and `load`; everything about states, pairs and words is inherited.
+    """
+
+    @classmethod
+    def of(cls, automaton: RabinAutomaton) -> Self:
+        """The same automaton, with the methods of this class."""
+        return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)})
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf.
+
+        The file appears complete or not at all.
+
+        Returns:
+            Where it was written.
+
+        Raises:
+            InvalidArgumentError: the suffix is not one of those above.
+            MissingProgramError: a picture needs the `dot` program of Graphviz; the .dot file is written instead.
+            OSError: the folder is missing, not writable or full.
+        """
+        return formats.write(self, path)
+
+    def to_json(self) -> str:
+        """The automaton with its annotations as the text of a .json file."""
+        return formats.to_json(self)
+
+    def to_hoa(self) -> str:
+        """The automaton in the Hanoi Omega-Automata format, version 1."""
+        return formats.to_hoa(self)
+
+    def to_dot(self) -> str:
+        """The picture as Graphviz source."""
+        return formats.to_dot(self)
+
+    def to_mermaid(self) -> str:
+        """The picture as a Mermaid state diagram, for Markdown pages."""
+        return formats.to_mermaid(self)
+
+    def to_svg(self) -> str:
+        """The picture.
+
+        Raises:
+            MissingProgramError: Graphviz is not installed.
+        """
+        return draw(self.to_dot(), "svg").decode("utf-8")
+
+    def _repr_svg_(self) -> str | None:
+        """The picture for a notebook, or None where there is no Graphviz or too much to see."""
+        try:
+            return self.to_svg() if self.n_states <= NOTEBOOK_STATES else None
+        except MissingProgramError:
+            return None
+
+    def __str__(self) -> str:
+        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
+        states = "1 state" if self.n_states == 1 else f"{self.n_states} states"
+        return f"DRA of {self.formula or 'an unnamed language'}: {states}, {pairs}, {self.acceptance}-based"
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+
+def compile(
+    formula_or_text: Formula | str,
+    *,
+    acceptance: Acceptance = "state",
+    translator: str = "auto",
+    max_states: int = 100_000,
+    timeout: float | None = None,
+) -> DRA:
+    """Translate an LTL formula into a small deterministic Rabin automaton for the same words.
+
+    The result depends on the arguments alone: the same formula gives the same numbering on every run and system.
+
+    Args:
+        formula_or_text: a formula, or text for `ltlc.parse`.
+        acceptance: whether marks sit on states or on transitions; the latter can need fewer states.
+        translator: a name from `ltlc.translate.TRANSLATORS`, or "auto" for the smallest result of several.
+        max_states: no construction may build more states than this.
+        timeout: seconds, or None for no limit.
+
+    Raises:
+        LtlSyntaxError: the text is not a formula.
+        UnknownNameError: there is no such translator.
+        InvalidArgumentError: another argument is out of range.
+        LimitExceeded: `max_states`, `timeout` or the number of propositions does not suffice.
+
+    Example:
+        >>> dra = compile("F goal & G !trap")
+        >>> dra.accepts(prefix=[[], ["goal"]], cycle=[[]])
+        True
+    """
+    if max_states < 1:
+        raise InvalidArgumentError(f"max_states is {max_states}; at least 1 state is needed")
+    if timeout is not None and not timeout > 0:
+        raise InvalidArgumentError(f"timeout is {timeout:g}; it must be a positive number of seconds, or None")
+    formula = parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
+    automaton = translate(formula, translator=translator, acceptance=acceptance, max_states=max_states, timeout=timeout)
+    return DRA.of(automaton)
+
+
+def load(path: str | os.PathLike[str]) -> DRA:
+    """Read an automaton from a .json or .hoa file; with another suffix the content decides.
+
+    Raises:
+        FileFormatError: the content is not what the suffix promises; says where.
+        LimitExceeded: it has too many propositions, or needs too many states to get Rabin pairs.
+        OSError: the file is missing or not readable.
+    """
+    return DRA.of(formats.read(path))

@@ -1,0 +1,30 @@
+"""Names of the grid worlds in Gymnasium's registry."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+
+_GRID = {"entry_point": "ltlc.envs.grid:GridWorld", "vector_entry_point": "ltlc.envs.grid:VectorGridWorld"}
+_THESIS = {
+    "entry_point": "ltlc.envs.thesis:thesis_world",
+    "vector_entry_point": "ltlc.envs.thesis:thesis_vector_world",
+}
+_ENVS: dict[str, dict[str, Any]] = {
+    "ltlc/Grid-v0": {**_GRID, "kwargs": {"map": ("S...", ".#..", "...g"), "labels": {"g": "goal"}}},
+    "ltlc/Thesis10x10-v0": {**_THESIS, "kwargs": {"size": "10x10"}},
+    "ltlc/Thesis10x10Dynamic-v0": {**_THESIS, "kwargs": {"size": "10x10", "dynamic": True}},
+    "ltlc/Thesis5x5-v0": {**_THESIS, "kwargs": {"size": "5x5"}},
+    "ltlc/Thesis5x5Dynamic-v0": {**_THESIS, "kwargs": {"size": "5x5", "dynamic": True}},
+}
+
+
+def register_envs() -> None:
+    """Register the grid worlds with Gymnasium; those already there are left alone.
+
+    None of them limits its episodes: pass `max_episode_steps` to `gymnasium.make`.
+    """
+    for name, spec in _ENVS.items():
+        if name not in gym.registry:
+            gym.register(id=name, **spec)

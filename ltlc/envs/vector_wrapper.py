@@ -1,0 +1,355 @@
+"""The vector wrapper: one automaton per sub-environment, all stepped by the same few array look-ups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv, VectorWrapper
+from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
+
+from ltlc.automata import RabinAutomaton
+from ltlc.envs.chance import Chances
+from ltlc.envs.grid import VectorGridWorld
+from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
+from ltlc.envs.observe import ObservationMode, observer
+from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl import Formula
+from ltlc.task import Task
+
+IntArray = npt.NDArray[np.int64]
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+
+
+class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
+    """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over them.
+
+    `infos["ltl"]` holds an array per entry. It has one entry more: `valid`, False where this step only began a new
+    episode (autoreset mode NEXT_STEP), so that replay can skip it. In mode SAME_STEP the entries of a finished
+    sub-environment are those of its new episode, and `infos["final_info"]["ltl"]` has those of its last step, to go
+    with `infos["final_obs"]`.
+
+    Where the task itself ends an episode, the sub-environment is told to begin a new one when the autoreset mode says
+    so. Vector wrappers that keep statistics of episodes belong outside of this one.
+
+    Args:
+        env: the vector environment.
+        task: see `LTLWrapper`.
+        labels: see `LTLWrapper`; functions and predicates are called once with the whole batch.
+        observation: see `LTLWrapper`.
+        reward: see `LTLWrapper`.
+        initial_label: see `LTLWrapper`.
+        extra_labels: see `LTLWrapper`.
+
+    Raises:
+        UnknownNameError: see `LTLWrapper`.
+        InvalidArgumentError: see `LTLWrapper`; or the task can end episodes, and this kind of vector environment
+            cannot reset single sub-environments.
+    """
+
+    def __init__(
+        self,
+        env: VectorEnv[Any, Any, Any],
+        task: Task | Formula | str | RabinAutomaton,
+        labels: LabelSource = None,
+        *,
+        observation: ObservationMode = "dict",
+        reward: BaseReward = "replace",
+        initial_label: InitialLabel = "read",
+        extra_labels: ExtraLabels = "error",
+    ) -> None:
+        super().__init__(env)
+        check_modes(reward, initial_label)
+        self.task = task if isinstance(task, Task) else Task(task)
+        tables = self.task.tables
+        self.labels = labels
+        self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
+        self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
+        self._observer = observer(observation, env.single_observation_space, tables.n_states)
+        self.single_observation_space = self._observer.space
+        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+        self._base_reward = reward
+        self._skip = initial_label == "skip"
+        self._tables = _FlatTables(self.task)
+        if self._tables.can_stop and not isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv | VectorGridWorld):
+            raise InvalidArgumentError(
+                f"the task can end episodes, but {type(env.unwrapped).__name__} cannot reset single sub-environments; "
+                'make it with vectorization_mode="sync", or use a scheme and on_deadlock that end none'
+            )
+        n = env.num_envs
+        self._chances = Chances(n)
+        self._state = np.full(n, tables.initial_state, dtype=np.int64)
+        self._finished = np.zeros(n, dtype=np.bool_)
+        self._any_finished = False
+        self._restart_late = np.zeros(n, dtype=np.bool_)
+        self._everywhere = np.ones(n, dtype=np.bool_)
+
+    @property
+    def automaton_state(self) -> IntArray:
+        """The automata's states after the last letter, shape (num_envs,)."""
+        return self.task.tables.automaton_state[self._state].astype(np.int64)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin episodes in all sub-environments, or in those of the boolean array `options["reset_mask"]`."""
+        mask = (options or {}).get("reset_mask", self._everywhere)
+        observations, infos = self.env.reset(seed=seed, options=None if options is None else dict(options))  # type: ignore[arg-type]
+        self._chances.seed(seed)
+        letters = self._letters(observations, infos, mask)
+        ltl = self._begin(letters, mask)
+        self._finished = self._finished & ~mask
+        self._any_finished = bool(self._finished.any())
+        self._restart_late &= ~mask
+        ltl["valid"] = ~mask
+        infos["ltl"], infos["_ltl"] = ltl, mask.copy()
+        return self._observer.batch(observations, self._state.copy()), infos
+
+    def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+        """Step all sub-environments and automata."""
+        observations, base_rewards, terminated, truncated, infos = self.env.step(actions)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP:
+            return self._finish_same_step(observations, base_rewards, terminated, truncated, infos)
+        begun = self._finished if self._any_finished else None
+        if self._restart_late.any():
+            observations, terminated, truncated = self._restart(
+                observations, base_rewards, terminated, truncated, infos
+            )
+        letters = self.labeller.letters(observations, infos, self.num_envs)
+        ltl, stops = self._read(letters, begun)
+        if begun is not None:
+            first = self._begin(letters, begun)
+            for key in ltl:
+                ltl[key][begun] = first[key][begun]
+        if stops is not None:
+            inner = terminated | truncated
+            self._schedule(stops & ~inner)
+            terminated = terminated | stops
+        self._finished = terminated | truncated
+        self._any_finished = bool(self._finished.any())
+        ltl["valid"] = self._everywhere.copy() if begun is None else ~begun
+        rewards = self._rewards(ltl, base_rewards)
+        infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
+        return self._observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
+
+    def _letters(self, observations: Any, infos: dict[str, Any], mask: BoolArray) -> IntArray:
+        """Letters of the masked sub-environments; 0 elsewhere."""
+        if mask.all():
+            return self.labeller.letters(observations, infos, self.num_envs)
+        chosen = np.flatnonzero(mask)
+        letters = np.zeros(self.num_envs, dtype=np.int64)
+        letters[chosen] = self.labeller.letters(select(observations, chosen), select(infos, chosen), len(chosen))
+        return letters
+
+    def _begin(self, letters: IntArray, mask: BoolArray) -> dict[str, Any]:
+        """Put the masked automata at the start of an episode; returns the info of a reset (right where masked)."""
+        tables = self._tables
+        classes = tables.letter_class.take(letters)
+        index = tables.initial_state * tables.n_classes + classes
+        if self._skip:
+            state = np.full(self.num_envs, tables.initial_state, dtype=np.int64)
+            violated = accepting = np.zeros(self.num_envs, dtype=np.bool_)
+        else:
+            state = tables.next_state.take(index)
+            violated, accepting = tables.violated.take(index), tables.accepted.take(index)
+        self._state = np.where(mask, state, self._state)
+        ltl = {
+            "state": self._state.copy(),
+            "label": letters,
+            "letter_class": classes,
+            "reward": np.zeros(self.num_envs),
+            "discount": np.ones(self.num_envs),
+            "violated": violated,
+            "accepting": accepting,
+            "progress": tables.progress.take(self._state),
+        }
+        if self._base_reward == "info":
+            ltl["base_reward"] = np.zeros(self.num_envs)
+        return ltl
+
+    def _read(self, letters: IntArray, begun: BoolArray | None) -> tuple[dict[str, Any], BoolArray | None]:
+        """One step of all automata: the infos, and which episodes the task ends (never those that just began)."""
+        tables = self._tables
+        classes = tables.letter_class.take(letters)
+        index = self._state * tables.n_classes
+        index += classes
+        state = self._state = tables.next_state.take(index)
+        reward = tables.reward.take(index)
+        stops = None
+        if tables.can_stop:
+            stops = tables.surely.take(index)
+            if begun is not None:
+                stops &= ~begun
+            if tables.by_chance is not None:
+                chance = tables.by_chance.take(index)
+                chance[stops] = 0
+                if begun is not None:
+                    chance[begun] = 0
+                drawn = chance > 0
+                if drawn.any():
+                    stops[drawn] = self._chances.draw(drawn) < chance[drawn]
+            if tables.stop_pays:
+                reward += np.where(stops, tables.stop_reward.take(index), 0.0)
+        ltl = {
+            "state": state.copy(),
+            "label": letters,
+            "letter_class": classes,
+            "reward": reward,
+            "discount": tables.discount.take(index),
+            "violated": tables.violated.take(index),
+            "accepting": tables.accepted.take(index),
+            "progress": tables.progress.take(state),
+        }
+        return ltl, stops
+
+    def _rewards(self, ltl: dict[str, Any], base_rewards: FloatArray) -> FloatArray:
+        if self._base_reward == "add":
+            return np.asarray(ltl["reward"] + base_rewards)
+        if self._base_reward == "info":
+            ltl["base_reward"] = np.asarray(base_rewards, dtype=np.float64)
+        return np.asarray(ltl["reward"].copy())
+
+    def _schedule(self, mask: BoolArray) -> None:
+        """Tell the environment that the task ended these episodes (modes NEXT_STEP and DISABLED)."""
+        if self.autoreset_mode == AutoresetMode.DISABLED or not mask.any():
+            return
+        base = self.env.unwrapped
+        if isinstance(base, VectorGridWorld):
+            base.begin_episode(mask)
+        elif isinstance(base, SyncVectorEnv):
+            base._autoreset_envs |= mask  # the only door there is to a reset at the next step
+        else:
+            self._restart_late = mask.copy()
+
+    def _restart(
+        self,
+        observations: Any,
+        base_rewards: FloatArray,
+        terminated: BoolArray,
+        truncated: BoolArray,
+        infos: dict[str, Any],
+    ) -> tuple[Any, BoolArray, BoolArray]:
+        """Reset sub-environments in processes of their own, which have just made one step too many."""
+        late = self._restart_late
+        observations, new_infos = self.env.reset(options={"reset_mask": late.copy()})
+        merge(infos, new_infos, late)
+        base_rewards[late] = 0
+        self._restart_late = np.zeros_like(late)
+        return observations, terminated & ~late, truncated & ~late
+
+    def _finish_same_step(
+        self,
+        observations: Any,
+        base_rewards: FloatArray,
+        terminated: BoolArray,
+        truncated: BoolArray,
+        infos: dict[str, Any],
+    ) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+        """`step` from where the environment has been stepped, in mode SAME_STEP."""
+        ended = np.asarray(infos.get("_final_obs", np.zeros(self.num_envs, dtype=np.bool_)))
+        if ended.any():
+            letters = self._letters(observations, infos, ~ended)
+            chosen = np.flatnonzero(ended)
+            last = self._stack(infos["final_obs"][chosen])
+            letters[chosen] = self.labeller.letters(last, select(infos["final_info"], chosen), len(chosen))
+        else:
+            letters = self.labeller.letters(observations, infos, self.num_envs)
+        ltl, stops = self._read(letters, None)
+        rewards = self._rewards(ltl, base_rewards)
+        ltl["valid"] = self._everywhere.copy()
+        done = terminated | truncated if stops is None else terminated | truncated | stops
+        if stops is not None:
+            terminated = terminated | stops
+        if done.any():
+            observations = self._final(observations, infos, ltl, ended, done)
+        infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
+        return self._observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
+
+    def _final(
+        self, observations: Any, infos: dict[str, Any], ltl: dict[str, Any], ended: BoolArray, done: BoolArray
+    ) -> Any:
+        """Move what belongs to the last steps into final_obs and final_info, and begin the new episodes."""
+        final_obs = infos.get("final_obs", np.full(self.num_envs, None, dtype=object))
+        final_info = infos.get("final_info", {})
+        by_task = done & ~ended
+        if by_task.any():
+            for i in np.flatnonzero(by_task):  # an object array can only be filled one by one
+                final_obs[i] = _copy(select(observations, i))
+            own = {key: value for key, value in infos.items() if not key.lstrip("_").startswith("final_")}
+            merge(final_info, _copy(own), by_task)
+            observations, new_infos = self.env.reset(options={"reset_mask": by_task.copy()})
+            merge(infos, new_infos, by_task)
+        for i in np.flatnonzero(done):
+            final_obs[i] = self._observer.single(final_obs[i], int(self._state[i]))
+        final_info["ltl"], final_info["_ltl"] = {key: column.copy() for key, column in ltl.items()}, done.copy()
+        infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
+        infos["final_info"], infos["_final_info"] = final_info, done.copy()
+        first = self._begin(self._letters(observations, infos, done), done)
+        for key, column in first.items():
+            ltl[key][done] = column[done]
+        return observations
+
+    def _stack(self, each: Sequence[Any]) -> Any:
+        """Batch a sequence of single observations."""
+        space = self.env.single_observation_space
+        return concatenate(space, list(each), create_empty_array(space, len(each)))  # type: ignore[arg-type]
+
+
+class _FlatTables:
+    """The reward tables as one-dimensional arrays, indexed by state * n_classes + class."""
+
+    def __init__(self, task: Task) -> None:
+        tables = task.tables
+        self.n_classes = tables.n_classes
+        self.initial_state = tables.initial_state
+        self.letter_class = tables.letter_class.astype(np.int64)
+        self.next_state = tables.next_state.ravel().astype(np.int64)
+        self.reward = tables.reward.ravel()
+        self.discount = tables.discount.ravel()
+        self.violated = tables.violated.ravel()
+        self.accepted = tables.accepted.ravel()
+        self.progress = tables.progress
+        self.stop_reward = tables.stop_reward.ravel()
+        self.surely = tables.terminal.ravel()
+        chance = np.where(self.surely, 0.0, tables.stop.ravel())
+        self.by_chance = chance if chance.any() else None
+        self.can_stop = bool(tables.stop.any())
+        self.stop_pays = bool((tables.stop_reward[tables.stop > 0] != 0).any())
+
+
+def select(tree: Any, chosen: Any) -> Any:
+    """The chosen sub-environments of a batched observation or info; entries that are no arrays stay as they are."""
+    if isinstance(tree, dict):
+        return {key: select(value, chosen) for key, value in tree.items()}
+    if isinstance(tree, tuple):
+        return tuple(select(value, chosen) for value in tree)
+    return tree[chosen] if isinstance(tree, np.ndarray) else tree
+
+
+def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:
+    """Replace the masked entries of batched infos by those of others; arrays are replaced, never written into."""
+    for key, value in new.items():
+        old = into.get(key)
+        if isinstance(value, dict):
+            inner = old if isinstance(old, dict) else {}
+            merge(inner, value, mask)
+            into[key] = inner
+        elif isinstance(value, np.ndarray) and value.shape[:1] == mask.shape:
+            fits = isinstance(old, np.ndarray) and old.shape == value.shape and old.dtype == value.dtype
+            mixed = old.copy() if fits else np.zeros_like(value)
+            mixed[mask] = value[mask]
+            into[key] = mixed
+        else:
+            into[key] = value
+
+
+def _copy(observation: Any) -> Any:
+    if isinstance(observation, dict):
+        return {key: _copy(value) for key, value in observation.items()}
+    if isinstance(observation, tuple):
+        return tuple(_copy(value) for value in observation)
+    return observation.copy() if isinstance(observation, np.ndarray) else observation

@@ -1,0 +1,171 @@
+"""A Gymnasium environment that knows how far a formula has come."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NamedTuple, get_args
+
+import gymnasium as gym
+from gymnasium.utils import RecordConstructorArgs
+
+from ltlc.automata import RabinAutomaton
+from ltlc.envs.chance import Chance
+from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
+from ltlc.envs.observe import ObservationMode, observer
+from ltlc.errors import UnknownNameError
+from ltlc.ltl import Formula
+from ltlc.task import Task
+
+BaseReward = Literal["replace", "add", "info"]
+InitialLabel = Literal["read", "skip"]
+
+
+class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+    """Runs the automaton of a task beside an environment, and pays the rewards of the task.
+
+    The word of an episode is L(s0) L(s1) ...; the automaton reads the label of the first observation at `reset` and
+    that of the state entered at each `step`. Each info has an entry "ltl" with
+
+    * `state`: the state of the reward tables, after a deadlock has been dealt with (the automaton's own state is
+      `task.tables.automaton_state[state]`; for most schemes they are the same);
+    * `label`, `letter_class`: the letter read, as bitmask over `task.aps`, and its class;
+    * `reward`, `discount`: of the scheme, for this step; the discount is the weight of all that follows;
+    * `violated`, `accepting`: whether the step entered a deadlock, or carries an acceptance mark;
+    * `progress`: 1 on an accepting cycle, less the more letters away, 0 in a deadlock;
+    * `base_reward`: the reward of the environment, if `reward="info"`.
+
+    Reaching acceptance does not end the episode, except in an accepting sink or where the scheme says so.
+
+    Args:
+        env: the environment.
+        task: a task, or a formula or automaton to make one of.
+        labels: a function of (observation, info), a dict of predicates on the observation, or None for
+            `info["labels"]`; see `ltlc.envs.labels`.
+        observation: how the state of the automaton joins the observation: `dict`, `flat`, `index`, `none`; see
+            `ltlc.envs.observe.observer`.
+        reward: what becomes of the environment's own reward: it is replaced (`replace`), the task's is added to it
+            (`add`), or it is put into the info (`info`).
+        initial_label: whether the label of the first observation is read (`read`) or not (`skip`, as the thesis does).
+        extra_labels: whether labels that the formula does not mention are an error or ignored.
+
+    Raises:
+        UnknownNameError: a label and the formula do not go together, or a mode does not exist.
+        InvalidArgumentError: the observation mode does not work for this environment.
+        LtlSyntaxError: the task is text that is not a formula.
+    """
+
+    def __init__(
+        self,
+        env: gym.Env[Any, Any],
+        task: Task | Formula | str | RabinAutomaton,
+        labels: LabelSource = None,
+        *,
+        observation: ObservationMode = "dict",
+        reward: BaseReward = "replace",
+        initial_label: InitialLabel = "read",
+        extra_labels: ExtraLabels = "error",
+    ) -> None:
+        RecordConstructorArgs.__init__(
+            self,
+            task=task,
+            labels=labels,
+            observation=observation,
+            reward=reward,
+            initial_label=initial_label,
+            extra_labels=extra_labels,
+        )
+        super().__init__(env)
+        check_modes(reward, initial_label)
+        self.task = task if isinstance(task, Task) else Task(task)
+        tables = self.task.tables
+        self.labels = labels
+        self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
+        self._observer = observer(observation, env.observation_space, tables.n_states)
+        self.observation_space = self._observer.space
+        self._base_reward = reward
+        self._skip = initial_label == "skip"
+        self._classes: list[int] = tables.letter_class.tolist()
+        self._n_classes = tables.n_classes
+        self._rows: dict[int, _Row] = {}
+        self._chance = Chance()
+        self._state = tables.initial_state
+
+    @property
+    def automaton_state(self) -> int:
+        """The automaton's state after the last letter."""
+        return int(self.task.tables.automaton_state[self._state])
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; the automaton reads the label of the first observation."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        self._chance.seed(seed)
+        letter = self.labeller.letter(observation, info)
+        initial = self.task.tables.initial_state
+        row = self._row(initial * self._n_classes + self._classes[letter])
+        self._state = initial if self._skip else row.next_state
+        ltl = {**row.info, "state": self._state, "label": letter, "reward": 0.0, "discount": 1.0}
+        if self._skip:
+            ltl |= {"violated": False, "accepting": False, "progress": float(self.task.tables.progress[initial])}
+        if self._base_reward == "info":
+            ltl["base_reward"] = 0.0
+        return self._observer.single(observation, self._state), {**info, "ltl": ltl}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Step the environment, then the automaton with the label of the state entered."""
+        observation, base_reward, terminated, truncated, info = self.env.step(action)
+        letter = self.labeller.letter(observation, info)
+        index = self._state * self._n_classes + self._classes[letter]
+        row = self._rows.get(index) or self._row(index)
+        self._state, reward, stop = row.next_state, row.reward, row.stop
+        ltl = row.info.copy()
+        ltl["label"] = letter
+        if stop > 0 and (stop == 1 or self._chance.draw() < stop):
+            terminated = True
+            reward += row.stop_reward
+            ltl["reward"] = reward
+        if self._base_reward == "add":
+            reward += float(base_reward)
+        elif self._base_reward == "info":
+            ltl["base_reward"] = float(base_reward)
+        info["ltl"] = ltl
+        return self._observer.single(observation, self._state), reward, terminated, truncated, info
+
+    def _row(self, index: int) -> _Row:
+        """One entry of the reward tables as plain numbers, kept for the next time."""
+        if index not in self._rows:
+            tables = self.task.tables
+            at = divmod(index, self._n_classes)
+            next_state = int(tables.next_state[at])
+            info = {
+                "state": next_state,
+                "label": 0,
+                "letter_class": at[1],
+                "reward": float(tables.reward[at]),
+                "discount": float(tables.discount[at]),
+                "violated": bool(tables.violated[at]),
+                "accepting": bool(tables.accepted[at]),
+                "progress": float(tables.progress[next_state]),
+            }
+            self._rows[index] = _Row(
+                next_state, info["reward"], float(tables.stop[at]), float(tables.stop_reward[at]), info
+            )
+        return self._rows[index]
+
+
+class _Row(NamedTuple):
+    next_state: int
+    reward: float
+    stop: float
+    stop_reward: float
+    info: dict[str, Any]
+
+
+def check_modes(reward: str, initial_label: str) -> None:
+    """Check the modes that both wrappers have.
+
+    Raises:
+        UnknownNameError: one does not exist.
+    """
+    if reward not in get_args(BaseReward):
+        raise UnknownNameError("treatment of the environment's reward", reward, get_args(BaseReward))
+    if initial_label not in get_args(InitialLabel):
+        raise UnknownNameError("treatment of the first label", initial_label, get_args(InitialLabel))

@@ -1,0 +1,177 @@
+"""The edges of an automaton as every writer wants them, and the tables a reader builds from guarded edges.
+
+A set of letters is an int: bit k is set iff letter k is in the set. Conjunction, disjunction and the two checks of a
+reader (do guards overlap, do they cover every letter) are then single operations, also with 20 propositions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.automata.alphabet import letter_classes
+from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
+from ltlc.errors import AlphabetLimitExceeded
+from ltlc.ltl.formula import And, Constant, Formula, Iff, Implies, Not, Or, Proposition, Xor, postorder
+
+MAX_TABLE = 1 << 27
+"""Entries of the largest transition table a reader builds."""
+
+_COLUMNS_AT_ONCE = 32
+
+
+class Edge(NamedTuple):
+    """All letters that lead from one state to another with the same marks."""
+
+    source: int
+    target: int
+    classes: tuple[int, ...]
+    """letter classes, ordered by their smallest letter."""
+    fin: tuple[int, ...]
+    """pairs whose fin contains the edge; empty where acceptance is on states."""
+    inf: tuple[int, ...]
+
+
+def edges(automaton: RabinAutomaton) -> list[Edge]:
+    """Parallel transitions merged, ordered by source, then by the smallest letter.
+
+    The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
+    """
+    order = np.argsort(np.unique(automaton.letter_class, return_index=True)[1]).tolist()
+    on_edges = automaton.acceptance == "transition"
+    result: list[Edge] = []
+    for source, row in enumerate(automaton.delta.tolist()):
+        groups: dict[tuple[int, tuple[int, ...], tuple[int, ...]], list[int]] = {}
+        for c in order:
+            fin = _indices(automaton.fin[:, source, c]) if on_edges else ()
+            inf = _indices(automaton.inf[:, source, c]) if on_edges else ()
+            groups.setdefault((row[c], fin, inf), []).append(c)
+        result.extend(Edge(source, key[0], tuple(group), key[1], key[2]) for key, group in groups.items())
+    return result
+
+
+def state_marks(automaton: RabinAutomaton, state: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The pairs whose fin, and those whose inf, contain the state; empty where acceptance is on transitions."""
+    if automaton.acceptance == "transition":
+        return (), ()
+    return _indices(automaton.fin[:, state]), _indices(automaton.inf[:, state])
+
+
+def hidden_states(automaton: RabinAutomaton, hide_deadlock: bool) -> set[int]:
+    """The deadlock states, if they are not to be drawn; an initial state always is."""
+    return set(automaton.deadlocks) - {automaton.initial_state} if hide_deadlock else set()
+
+
+def arrows(automaton: RabinAutomaton, hidden: Collection[int]) -> dict[tuple[int, int], list[Edge]]:
+    """The edges of a drawing by source and target: one arrow each, as parallel ones would hide each other."""
+    result: dict[tuple[int, int], list[Edge]] = {}
+    for edge in edges(automaton):
+        if edge.source not in hidden and edge.target not in hidden:
+            result.setdefault((edge.source, edge.target), []).append(edge)
+    return result
+
+
+def _indices(column: BoolArray) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(column).tolist())
+
+
+def all_letters(n_aps: int) -> int:
+    """The set of all letters."""
+    return (1 << (1 << n_aps)) - 1
+
+
+def letters_with(ap: int, n_aps: int) -> int:
+    """The set of letters in which proposition number `ap` holds."""
+    half = 1 << ap
+    letters, width = ((1 << half) - 1) << half, 2 * half
+    while width < 1 << n_aps:
+        letters |= letters << width
+        width *= 2
+    return letters
+
+
+def letters_of(guard: Formula, atom: Callable[[str], int], n_aps: int) -> int:
+    """The set of letters that satisfy a Boolean formula; `atom` gives the letters of a proposition by its name.
+
+    Raises:
+        ValueError: the formula has a temporal operator; the argument is its symbol.
+    """
+    universe = all_letters(n_aps)
+    value: dict[Formula, int] = {}
+    for node in postorder(guard):
+        args = [value[child] for child in node.args]
+        match node:
+            case Constant():
+                value[node] = universe if node.value else 0
+            case Proposition():
+                value[node] = atom(node.name)
+            case Not():
+                value[node] = universe ^ args[0]
+            case And() | Or():
+                total = args[0]
+                for letters in args[1:]:
+                    total = total & letters if isinstance(node, And) else total | letters
+                value[node] = total
+            case Implies():
+                value[node] = (universe ^ args[0]) | args[1]
+            case Xor():
+                value[node] = args[0] ^ args[1]
+            case Iff():
+                value[node] = universe ^ args[0] ^ args[1]
+            case _:
+                raise ValueError(getattr(node, "symbol", type(node).__name__))
+    return value[guard]
+
+
+def a_letter_of(letters: int, aps: Sequence[str]) -> str:
+    """The smallest letter of a non-empty set, in words for a message."""
+    letter = (letters & -letters).bit_length() - 1
+    return " & ".join(f"{'' if letter >> i & 1 else '!'}{name}" for i, name in enumerate(aps)) or "true"
+
+
+def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence[int]) -> tuple[IntArray, IntArray]:
+    """The coarsest letter classes that the guards tell apart, and which edge each state takes on each class.
+
+    Args:
+        n_aps: number of propositions.
+        n_states: number of states.
+        sources: source state of each edge.
+        guards: set of letters of each edge; those of one state are disjoint.
+
+    Returns:
+        `letter_class`, shape (2**n_aps,), classes numbered by their smallest letter; and the index of the edge
+        taken, shape (n_states, n_classes), -1 where a state has none.
+
+    Raises:
+        AlphabetLimitExceeded: the table would not fit into memory.
+    """
+    distinct = list(dict.fromkeys(guards))
+    letter_class, smallest = letter_classes(_columns(distinct, n_aps), n_aps)
+    if smallest.size * n_states > MAX_TABLE:
+        raise AlphabetLimitExceeded(
+            f"{n_states} states times {smallest.size} letter classes: the transition table would have more than "
+            f"{MAX_TABLE} entries. Use fewer propositions."
+        )
+    taken = {guard: np.flatnonzero(_column(guard, n_aps)[smallest]) for guard in distinct}
+    table = np.full((n_states, smallest.size), -1, dtype=np.int32)
+    for edge, (source, guard) in enumerate(zip(sources, guards, strict=True)):
+        table[source, taken[guard]] = edge
+    return letter_class, table
+
+
+def _columns(guards: Sequence[int], n_aps: int) -> Iterator[npt.NDArray[np.int64]]:
+    """The guards as columns over the letters, many in one column as the bits of an integer: that saves sorting."""
+    for start in range(0, len(guards), _COLUMNS_AT_ONCE):
+        column = np.zeros(1 << n_aps, dtype=np.int64)
+        for guard in guards[start : start + _COLUMNS_AT_ONCE]:
+            column = 2 * column + _column(guard, n_aps)
+        yield column
+
+
+def _column(letters: int, n_aps: int) -> BoolArray:
+    n_letters = 1 << n_aps
+    data = np.frombuffer(letters.to_bytes((n_letters + 7) // 8, "little"), dtype=np.uint8)
+    return np.unpackbits(data, count=n_letters, bitorder="little").astype(np.bool_)

@@ -1,0 +1,322 @@
+"""Rewrite rules for conjunctions and disjunctions; each law has a dual, and the code holds for both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from ltlc.ltl.formula import (
+    FALSE,
+    TRUE,
+    Always,
+    And,
+    Constant,
+    Eventually,
+    Formula,
+    Next,
+    Not,
+    Or,
+    Release,
+    StrongRelease,
+    Until,
+    WeakUntil,
+    fold,
+)
+from ltlc.ltl.implication import Implications
+from ltlc.ltl.normal import is_literal
+from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
+
+BOOLEAN_RULES = RuleBook()
+Key = TypeVar("Key")
+
+MAX_INFORMED = 500
+"""Literals are put into operands of at most this many nodes."""
+
+
+@dataclass(frozen=True)
+class _Side:
+    """What differs between & and |."""
+
+    dual: type[Formula]
+    unit: Constant
+    zero: Constant
+    lasting: type[Formula]
+    """G or F: the operator that distributes over this connective."""
+    other: type[Formula]
+
+
+SIDES = {And: _Side(Or, TRUE, FALSE, Always, Eventually), Or: _Side(And, FALSE, TRUE, Eventually, Always)}
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="constants-and-repetitions",
+    laws="a & true = a; a & false = false; a | false = a; a | true = true; a & a = a; a | a = a; "
+    "p & !p = false; p | !p = true",
+)
+def _constants_and_repetitions(node: Formula, _: Implications) -> Formula | None:
+    connective = type(node)
+    side = SIDES[connective]
+    parts = dict.fromkeys(part for part in node.args if part is not side.unit)
+    if side.zero in parts or any(isinstance(part, Not) and part.args[0] in parts for part in parts):
+        return side.zero
+    return connective(*parts) if len(parts) < len(node.args) else None
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="gather",
+    laws="X a & X b = X(a & b); X a | X b = X(a | b); G a & G b = G(a & b); F a | F b = F(a | b); "
+    "F G a & F G b = F G(a & b); G F a | G F b = G F(a | b)",
+)
+def _gather(node: Formula, known: Implications) -> Formula | None:
+    """One X, one G or F, and one FG or GF for all operands of that form."""
+    connective = type(node)
+    side = SIDES[connective]
+
+    def form(part: Formula) -> tuple[type[Formula], ...] | None:
+        if isinstance(part, Next):
+            return (Next,)
+        if isinstance(part, side.other) and isinstance(part.args[0], side.lasting):
+            return (side.other, side.lasting)
+        if isinstance(part, side.lasting) and not known.purity(part).suspendable:
+            return (side.lasting,)
+        return None
+
+    def merge(operators: tuple[type[Formula], ...], group: list[Formula]) -> Formula:
+        inner: list[Formula] = group
+        for _ in operators:
+            inner = [part.args[0] for part in inner]
+        merged = connective(*inner)
+        for operator in reversed(operators):
+            merged = operator(merged)
+        return merged
+
+    return _merge_groups(node, form, merge)
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="common-operand",
+    laws="(a U c) & (b U c) = (a & b) U c; (a W c) & (b W c) = (a & b) W c; (a U c) & (b W c) = (a & b) U c; "
+    "(a R b) & (a R c) = a R (b & c); (a M b) & (a M c) = a M (b & c); (a R b) & (a M c) = a M (b & c); "
+    "(a U b) | (a U c) = a U (b | c); (a W b) | (a W c) = a W (b | c); (a U b) | (a W c) = a W (b | c); "
+    "(a R c) | (b R c) = (a | b) R c; (a M c) | (b M c) = (a | b) M c; (a R c) | (b M c) = (a | b) R c",
+)
+def _common_operand(node: Formula, _: Implications) -> Formula | None:
+    connective = type(node)
+    conjunction = connective is And
+
+    def form(part: Formula) -> tuple[bool, Formula] | None:
+        if isinstance(part, Until | WeakUntil):
+            return True, part.args[1 if conjunction else 0]
+        if isinstance(part, Release | StrongRelease):
+            return False, part.args[0 if conjunction else 1]
+        return None
+
+    def merge(key: tuple[bool, Formula], group: list[Formula]) -> Formula:
+        until, common = key
+        strengths = [isinstance(part, Until | StrongRelease) for part in group]
+        strong = any(strengths) if conjunction else all(strengths)
+        operator = (Until if strong else WeakUntil) if until else (StrongRelease if strong else Release)
+        if until == conjunction:
+            return operator(connective(*(part.args[0] for part in group)), common)
+        return operator(common, connective(*(part.args[1] for part in group)))
+
+    return _merge_groups(node, form, merge)
+
+
+def _merge_groups(
+    node: Formula, form: Callable[[Formula], Key | None], merge: Callable[[Key, list[Formula]], Formula]
+) -> Formula | None:
+    """Replaces all operands of one form by a single one, where the first of them stood."""
+    keys = [form(part) for part in node.args]
+    groups: dict[Key, list[Formula]] = {}
+    for key, part in zip(keys, node.args, strict=True):
+        if key is not None:
+            groups.setdefault(key, []).append(part)
+    if all(len(group) == 1 for group in groups.values()):
+        return None
+    parts = []
+    for key, part in zip(keys, node.args, strict=True):
+        if key is None:
+            parts.append(part)
+        elif key in groups:
+            group = groups.pop(key)
+            parts.append(part if len(group) == 1 else merge(key, group))
+    return type(node)(*parts)
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="weak-and-strong",
+    laws="(a W b) & F b = a U b; (a R b) & F a = a M b; (a U b) | G a = a W b; (a M b) | G b = a R b",
+)
+def _weak_and_strong(node: Formula, _: Implications) -> Formula | None:
+    connective = type(node)
+    side = SIDES[connective]
+    present = set(node.args)
+    for part in node.args:
+        for operator, needed, result in _COMPLETED[connective]:
+            if isinstance(part, operator) and (extra := side.other(part.args[needed])) in present:
+                parts = [result(*part.args) if other is part else other for other in node.args if other is not extra]
+                return connective(*parts)
+    return None
+
+
+# connective -> (operator, which of its operands G or F says more about, the operator that says both)
+_COMPLETED: dict[type[Formula], tuple[tuple[type[Formula], int, type[Formula]], ...]] = {
+    And: ((WeakUntil, 1, Until), (Release, 0, StrongRelease)),
+    Or: ((Until, 0, WeakUntil), (StrongRelease, 1, Release)),
+}
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="implied",
+    laws="a & b = a if a -> b; a | b = b if a -> b; a & b = false if a -> !b; a | b = true if !a -> b",
+)
+def _implied(node: Formula, known: Implications) -> Formula | None:
+    """Drops operands that others imply (&) or that imply others (|), or finds that they contradict (exhaust)."""
+    if len(node.args) > MAX_PAIRWISE:
+        return None
+    connective = type(node)
+    conjunction = connective is And
+    kept: list[Formula] = []
+    for part in node.args:
+        redundant = known.implies if conjunction else _flip(known.implies)
+        if any(redundant(other, part) for other in kept):
+            continue
+        kept = [other for other in kept if not redundant(part, other)]
+        clash = known.contradict if conjunction else known.exhaust
+        if any(clash(other, part) for other in kept):
+            return SIDES[connective].zero
+        kept.append(part)
+    return connective(*kept) if len(kept) < len(node.args) else None
+
+
+def _flip(test: Callable[[Formula, Formula], bool]) -> Callable[[Formula, Formula], bool]:
+    return lambda f, g: test(g, f)
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="unit-resolution",
+    laws="a & (b | c) = a & b if a -> !c; a | (b & c) = a | b if !a -> c",
+)
+def _unit_resolution(node: Formula, known: Implications) -> Formula | None:
+    """Inside the disjunctions among conjuncts (and dually), drops what another operand rules out."""
+    connective = type(node)
+    dual = SIDES[connective].dual
+    if len(node.args) > MAX_PAIRWISE or not any(isinstance(part, dual) for part in node.args):
+        return None
+    clash = known.contradict if connective is And else known.exhaust
+    parts = list(node.args)
+    for i, part in enumerate(parts):
+        if isinstance(part, dual):
+            others = parts[:i] + parts[i + 1 :]
+            kept = [piece for piece in part.args if not any(clash(other, piece) for other in others)]
+            parts[i] = dual(*kept) if len(kept) < len(part.args) else part
+    return connective(*parts) if any(new is not old for new, old in zip(parts, node.args, strict=True)) else None
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="common-factor",
+    laws="(a & b) | (a & c) = a & (b | c); (a | b) & (a | c) = a | (b & c)",
+)
+def _common_factor(node: Formula, _: Implications) -> Formula | None:
+    connective = type(node)
+    dual = SIDES[connective].dual
+    if not all(isinstance(part, dual) for part in node.args):
+        return None
+    common = set(node.args[0].args).intersection(*(part.args for part in node.args[1:]))
+    if not common:
+        return None
+    factors = [piece for piece in node.args[0].args if piece in common]
+    rests = [dual(*(piece for piece in part.args if piece not in common)) for part in node.args]
+    return dual(*factors, connective(*rests))
+
+
+@BOOLEAN_RULES.rule(And, Or, name="literal-now", laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)")
+def _literal_now(node: Formula, known: Implications) -> Formula | None:
+    def stated(part: Formula) -> Formula | None:
+        return part if is_literal(part) else None
+
+    return _inform(node, known, stated, lambda part: isinstance(part, And | Or), (And, Or))
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="literal-always",
+    laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; F p | a U (b & p) = F p",
+)
+def _literal_always(node: Formula, known: Implications) -> Formula | None:
+    side = SIDES[type(node)]
+
+    def stated(part: Formula) -> Formula | None:
+        return part.args[0] if isinstance(part, side.lasting) else None
+
+    return _inform(node, known, stated, lambda _: True)
+
+
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="literal-in-the-limit",
+    laws="F G p & G F(a & p) = F G p & G F a; G F p | F G(a | p) = G F p | F G a",
+)
+def _literal_in_the_limit(node: Formula, known: Implications) -> Formula | None:
+    side = SIDES[type(node)]
+
+    def stated(part: Formula) -> Formula | None:
+        outer = isinstance(part, side.other) and isinstance(part.args[0], side.lasting)
+        return part.args[0].args[0] if outer else None
+
+    return _inform(node, known, stated, lambda part: known.purity(part).suspendable)
+
+
+def _inform(
+    node: Formula,
+    known: Implications,
+    stated: Callable[[Formula], Formula | None],
+    concerned: Callable[[Formula], bool],
+    within: tuple[type[Formula], ...] | None = None,
+) -> Formula | None:
+    """Puts the literals that some operands state into the other operands.
+
+    Args:
+        node: the conjunction or disjunction.
+        known: what is known about its parts.
+        stated: the formula whose literals an operand states, or None.
+        concerned: whether a statement holds in an operand.
+        within: the operators under which it holds; None for all.
+    """
+    connective = type(node)
+    values: dict[Formula, Formula] = {}
+    sources = set()
+    for part in node.args:
+        statement = stated(part)
+        literals = operands(statement, connective) if statement is not None else ()
+        for literal in filter(is_literal, literals):
+            sources.add(part)
+            values[literal] = SIDES[connective].unit
+            values[known.negation(literal)] = SIDES[connective].zero
+    if not values:
+        return None
+    parts = [
+        fold(part, dict(values), lambda inner, args: inner.with_args(tuple(args)) if args else inner, within)
+        if part not in sources and concerned(part) and known.size(part) <= MAX_INFORMED
+        else part
+        for part in node.args
+    ]
+    return connective(*parts) if any(new is not old for new, old in zip(parts, node.args, strict=True)) else None

@@ -1,0 +1,139 @@
+"""Truth of formulas on ultimately periodic words: slow, simple, exact, and independent of every translation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl.formula import (
+    Always,
+    And,
+    Constant,
+    Eventually,
+    Formula,
+    Iff,
+    Implies,
+    Next,
+    Not,
+    Or,
+    Proposition,
+    Release,
+    StrongRelease,
+    Until,
+    WeakUntil,
+    Xor,
+    postorder,
+)
+
+Letter = frozenset[str]
+
+
+@dataclass(frozen=True)
+class LassoWord:
+    """The infinite word that reads `prefix` once and then `cycle` for ever.
+
+    A letter is the set of propositions that hold; any iterable of names is taken.
+
+    >>> str(LassoWord(prefix=[{"a"}, {"b"}], cycle=[set()]))
+    'a & !b; !a & b; cycle{!a & !b}'
+
+    Raises:
+        InvalidArgumentError: the cycle is empty, or a letter is a bare string.
+    """
+
+    prefix: tuple[Letter, ...]
+    cycle: tuple[Letter, ...]
+
+    def __init__(self, prefix: Iterable[Iterable[str]], cycle: Iterable[Iterable[str]]) -> None:
+        object.__setattr__(self, "prefix", tuple(map(_letter, prefix)))
+        object.__setattr__(self, "cycle", tuple(map(_letter, cycle)))
+        if not self.cycle:
+            raise InvalidArgumentError("the cycle of a lasso word needs at least one letter")
+
+    def __str__(self) -> str:
+        names = sorted({name for letter in self.letters for name in letter})
+        texts = [
+            " & ".join(str(Proposition(name)) if name in letter else f"!{Proposition(name)}" for name in names) or "1"
+            for letter in self.letters
+        ]
+        head = "".join(f"{text}; " for text in texts[: len(self.prefix)])
+        return f"{head}cycle{{{'; '.join(texts[len(self.prefix) :])}}}"
+
+    @property
+    def letters(self) -> tuple[Letter, ...]:
+        """The prefix and one round of the cycle."""
+        return self.prefix + self.cycle
+
+
+def _letter(names: Iterable[str]) -> Letter:
+    if isinstance(names, str):
+        raise InvalidArgumentError(f"a letter is a set of propositions: write {{{names!r}}} instead of {names!r}")
+    return frozenset(names)
+
+
+def satisfies(formula: Formula, word: LassoWord) -> bool:
+    """Whether the word, from its first letter on, is a model of the formula.
+
+    Every distinct subformula is evaluated at every position of the lasso, in time and space linear in both. The
+    temporal operators are least (F U M) or greatest (G W R) fixpoints of their expansion laws, such as
+    a U b = b | (a & X(a U b)); two rounds of the cycle reach them.
+
+    >>> from ltlc.ltl import parse, parse_word
+    >>> satisfies(parse("G(a -> F b)"), parse_word("a; b; cycle{!a}"))
+    True
+
+    References:
+        Nicolas Markey and Philippe Schnoebelen, Model checking a path, CONCUR 2003, doi:10.1007/978-3-540-45187-7_17.
+    """
+    letters = word.letters
+    start = len(word.prefix)
+    values: dict[Formula, Sequence[bool]] = {}
+    for node in postorder(formula):
+        operands = [values[child] for child in node.args]
+        if isinstance(node, Proposition):
+            values[node] = [node.name in letter for letter in letters]
+        elif isinstance(node, Constant):
+            values[node] = [node.value] * len(letters)
+        elif isinstance(node, Next):
+            values[node] = [*operands[0][1:], operands[0][start]]
+        elif type(node) in _FIXPOINTS:
+            greatest, law = _FIXPOINTS[type(node)]
+            values[node] = _fixpoint(law, operands[0], operands[-1], greatest, start)
+        else:
+            connective = _CONNECTIVES[type(node)]
+            values[node] = [connective(row) for row in zip(*operands, strict=True)]
+    return values[formula][0]
+
+
+def _fixpoint(
+    law: Callable[[bool, bool, bool], bool], left: Sequence[bool], right: Sequence[bool], greatest: bool, start: int
+) -> Sequence[bool]:
+    """Solves value[i] = law(left[i], right[i], value[i + 1]) on the lasso, from the last position backwards."""
+    size = len(left)
+    values = [greatest] * size
+    following = greatest
+    for first in (start, 0):  # once around the cycle to settle what follows its end, then for good
+        for i in range(size - 1, first - 1, -1):
+            following = values[i] = law(left[i], right[i], following)
+        following = values[start]
+    return values
+
+
+# operator -> (is it the greatest fixpoint?, its expansion law on left, right and its own value at the next position)
+_FIXPOINTS: dict[type[Formula], tuple[bool, Callable[[bool, bool, bool], bool]]] = {
+    Eventually: (False, lambda a, _, after: a or after),
+    Always: (True, lambda a, _, after: a and after),
+    Until: (False, lambda a, b, after: b or (a and after)),
+    WeakUntil: (True, lambda a, b, after: b or (a and after)),
+    Release: (True, lambda a, b, after: b and (a or after)),
+    StrongRelease: (False, lambda a, b, after: b and (a or after)),
+}
+_CONNECTIVES: dict[type[Formula], Callable[[Sequence[bool]], bool]] = {
+    Not: lambda row: not row[0],
+    And: all,
+    Or: any,
+    Implies: lambda row: not row[0] or row[1],
+    Iff: lambda row: row[0] == row[1],
+    Xor: lambda row: row[0] != row[1],
+}

@@ -1,0 +1,105 @@
+"""The accepting frontier: each acceptance set pays once, until all have been visited."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.errors import InvalidArgumentError
+from ltlc.rewards.need import buchi
+from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_on_deadlock, check_probability, tables_of
+from ltlc.rewards.tables import BoolArray, RewardTables
+
+
+@dataclass(frozen=True)
+class Frontier(RewardScheme):
+    """Entering a set that is still in the frontier pays 1 and removes it; an empty frontier is filled again.
+
+    Table states are (automaton state, frontier). The sets are those of a generalized Büchi condition on the states of
+    the automaton, given as `sets`; without them, the one set of the Büchi form is used.
+
+    References:
+        M. Hasanbeig, D. Kroening, A. Abate, LCRL: certified policy synthesis via logically-constrained reinforcement
+        learning, QEST 2022, doi 10.1007/978-3-031-16336-4_11. Unlike its code, the episode does not end when the
+        frontier empties, since that would teach to visit each set once.
+    """
+
+    name: ClassVar[str] = "frontier"
+    citation: ClassVar[str] = "M. Hasanbeig et al., QEST 2022, doi 10.1007/978-3-031-16336-4_11"
+    guarantee: ClassVar[str] = (
+        "The paper claims policies of maximum probability of satisfaction for eta near enough to 1 on a finite MDP."
+    )
+    needs: ClassVar[str] = "generalized Büchi form: Büchi form, or acceptance sets given as `sets`"
+
+    eta: float = 0.99
+    """discount of rewarded steps, in (0, 1)."""
+    sets: tuple[frozenset[int], ...] | None = None
+    """sets of automaton states, each to be visited infinitely often."""
+
+    def __post_init__(self) -> None:
+        check_probability(self, "eta")
+        if self.sets is not None and not 0 < len(self.sets) <= 16:
+            raise InvalidArgumentError(f"reward scheme frontier: {len(self.sets)} sets; give 1 to 16")
+
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """Steps on an automaton whose Inf marks are the rewarded edges."""
+        accepted = dra.edge_inf[0]
+        return Steps(
+            accepted=accepted,
+            reward=accepted.astype(float),
+            discount=np.where(accepted, self.eta, 1.0),
+            satisfaction=1 / (1 - self.eta),
+        )
+
+    def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
+        """The tables over (automaton state, frontier); see `RewardScheme.compile`."""
+        mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
+        refined, automaton_state = _refine(dra, self._edges(dra))
+        tables = tables_of(refined, self.steps(refined), mode)
+        return dataclasses.replace(tables, automaton_state=automaton_state)
+
+    def _edges(self, dra: RabinAutomaton) -> list[BoolArray]:
+        if self.sets is None:
+            return [buchi(self, dra)]
+        for states in self.sets:
+            if not all(0 <= q < dra.n_states for q in states):
+                raise InvalidArgumentError(
+                    f"reward scheme frontier: set {sorted(states)} names a state outside 0..{dra.n_states - 1}"
+                )
+        return [np.isin(dra.delta, sorted(states)) for states in self.sets]
+
+
+def _refine(dra: RabinAutomaton, edges: Sequence[BoolArray]) -> tuple[RabinAutomaton, np.ndarray]:
+    """The reachable (state, frontier) automaton with Inf marks on rewarded edges, and the state behind each of its."""
+    entered = np.tensordot(1 << np.arange(len(edges)), np.array(edges, dtype=np.int64), axes=1)
+    full = (1 << len(edges)) - 1
+    number = {(dra.initial_state, full): 0}
+    todo = [(dra.initial_state, full)]
+    rows, rewarded = [], []
+    for state, frontier in todo:  # grows while it is read
+        hit = entered[state] & frontier
+        left = np.where(hit == frontier, full, frontier & ~hit)
+        row = []
+        for target in zip(dra.delta[state].tolist(), left.tolist(), strict=True):
+            if target not in number:
+                number[target] = len(todo)
+                todo.append(target)
+            row.append(number[target])
+        rows.append(row)
+        rewarded.append(hit != 0)
+    inf = np.array([rewarded])
+    refined = dataclasses.replace(
+        dra,
+        delta=np.array(rows),
+        fin=np.zeros_like(inf),
+        inf=inf,
+        initial_state=0,
+        acceptance="transition",
+        state_names=None,
+    )
+    return refined, np.array([state for state, _ in todo], dtype=np.int32)

@@ -1,0 +1,57 @@
+"""Rewards for parity automata: higher colours weigh exponentially more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal, get_args
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.errors import UnknownNameError
+from ltlc.rewards.need import parity
+from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+
+Mode = Literal["terminate", "adaptive"]
+
+
+@dataclass(frozen=True)
+class Parity(RewardScheme):
+    """A step of colour c, with n the largest colour, weighs w = epsilon^(1 + n - c).
+
+    `terminate`: with probability w the episode ends, paying 1 if c is odd. `adaptive`: the step pays w if c is odd, -w
+    if even, and is discounted by 1 - w.
+
+    References:
+        E. M. Hahn, M. Perez, S. Schewe, F. Somenzi, A. Trivedi, D. Wojtczak, Model-free reinforcement learning for
+        stochastic parity games, CONCUR 2020, doi 10.4230/LIPIcs.CONCUR.2020.21 (`terminate`);
+        A. K. Bozkurt, Y. Wang, M. M. Zavlanos, M. Pajic, Learning optimal strategies for temporal tasks in stochastic
+        games, IEEE Transactions on Automatic Control 2024, doi 10.48550/arXiv.2010.04050 (`adaptive`).
+    """
+
+    name: ClassVar[str] = "parity"
+    citation: ClassVar[str] = "E. M. Hahn et al., CONCUR 2020, doi 10.4230/LIPIcs.CONCUR.2020.21"
+    guarantee: ClassVar[str] = (
+        "On a finite MDP optimal policies maximise the probability of satisfaction for every epsilon small enough."
+    )
+    needs: ClassVar[str] = "parity form: one Rabin pair, or pairs that form a chain"
+
+    epsilon: float = 0.01
+    """ratio between the weights of neighbouring colours, in (0, 1)."""
+    mode: Mode = "adaptive"
+    """how a weight is paid."""
+
+    def __post_init__(self) -> None:
+        check_probability(self, "epsilon")
+        if self.mode not in get_args(Mode):
+            raise UnknownNameError("mode of the parity scheme", self.mode, get_args(Mode))
+
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """Weights by colour."""
+        colours = parity(self, dra)
+        weight = np.power(self.epsilon, 1 + colours.max() - colours, dtype=np.float64)
+        odd = colours % 2 == 1
+        if self.mode == "terminate":
+            return Steps(accepted=odd, stop=weight, stop_reward=odd.astype(float), satisfaction=1.0)
+        reward = np.where(odd, weight, -weight)
+        return Steps(accepted=odd, reward=reward, discount=1 - weight, violation=-1.0, satisfaction=1.0)

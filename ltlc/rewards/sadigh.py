@@ -1,0 +1,59 @@
+"""Weights for the two sets of one Rabin pair."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.errors import InvalidArgumentError
+from ltlc.rewards.need import lacks_form
+from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+
+
+@dataclass(frozen=True)
+class Sadigh(RewardScheme):
+    """Pays `weight_inf` on Inf marks and takes `weight_fin` on Fin marks of one pair; Fin wins where both are.
+
+    References:
+        D. Sadigh, E. S. Kim, S. Coogan, S. S. Sastry, S. A. Seshia, A learning based approach to control synthesis of
+        Markov decision processes for linear temporal logic specifications, CDC 2014, doi 10.1109/CDC.2014.7039527.
+    """
+
+    name: ClassVar[str] = "sadigh"
+    citation: ClassVar[str] = "D. Sadigh et al., CDC 2014, doi 10.1109/CDC.2014.7039527"
+    guarantee: ClassVar[str] = (
+        "If some policy satisfies the chosen pair almost surely, then for gamma near enough to 1 and weight_fin large "
+        "enough an optimal policy does; below probability 1 it promises nothing."
+    )
+    needs: ClassVar[str] = "one Rabin pair, or several of which one is chosen by `pair`"
+
+    weight_inf: float = 1.0
+    """reward on an Inf mark."""
+    weight_fin: float = 10.0
+    """penalty on a Fin mark."""
+    gamma: float = 0.99
+    """discount of every step, in (0, 1]."""
+    pair: int | None = None
+    """index of the pair that is rewarded; may be left out where there is one."""
+
+    def __post_init__(self) -> None:
+        check_probability(self, "gamma", one=True)
+
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """Weights of the chosen pair."""
+        if self.pair is None and dra.n_pairs != 1:
+            raise lacks_form(self, dra, "choose one with `pair=...` knowing that no single pair may do")
+        pair = self.pair or 0
+        if not 0 <= pair < dra.n_pairs:
+            raise InvalidArgumentError(f"reward scheme sadigh: pair {pair} of an automaton with {dra.n_pairs}")
+        fin, inf = dra.edge_fin[pair], dra.edge_inf[pair]
+        return Steps(
+            accepted=inf & ~fin,
+            reward=np.select([fin, inf], [-self.weight_fin, self.weight_inf], 0.0),
+            discount=self.gamma,
+            violation=-self.weight_fin,
+            satisfaction=None if self.gamma == 1 else self.weight_inf / (1 - self.gamma),
+        )

@@ -1,0 +1,161 @@
+"""What every reward scheme is: parameters, a citation, a guarantee, and a way to compile an automaton into tables."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, get_args
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.rewards.tables import BoolArray, FloatArray, RewardTables
+
+OnDeadlock = Literal["stay", "initial", "terminate"]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What a scheme says about each step (state, letter class), before deadlocks and accepting sinks are dealt with.
+
+    Each entry is a number for all steps, or an array of shape (n_states, n_classes).
+    """
+
+    accepted: BoolArray
+    reward: FloatArray | float = 0.0
+    discount: FloatArray | float = 1.0
+    stop: FloatArray | float = 0.0
+    stop_reward: FloatArray | float = 0.0
+    violation: float = 0.0
+    """reward of a step that enters a deadlock, instead of `reward`."""
+    satisfaction: float | None = None
+    """reward of the step into an accepting sink, where the episode ends: what accepting at every step for ever would
+    be worth; None if that has no finite value, and then the episode goes on."""
+
+
+@dataclass(frozen=True)
+class RewardScheme(ABC):
+    """A way to turn a deterministic Rabin automaton into rewards; the fields of a scheme are its parameters."""
+
+    name: ClassVar[str]
+    citation: ClassVar[str]
+    """authors, title, venue, year and DOI of the source."""
+    guarantee: ClassVar[str]
+    """one sentence: what a policy that is optimal for these rewards is known to satisfy."""
+    needs: ClassVar[str]
+    """the form the automaton must have."""
+    on_deadlock: ClassVar[OnDeadlock] = "terminate"
+    """what follows a violation unless `compile` is told otherwise."""
+
+    @abstractmethod
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """Rewards and discounts of every step of the automaton.
+
+        Raises:
+            InvalidArgumentError: the automaton lacks the form the scheme needs.
+        """
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Parameter values by name."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
+    def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
+        """The tables of this scheme for one automaton.
+
+        The reward is computed from the state entered, before any reset, so a violation is always paid for. The step
+        into an accepting sink ends the episode wherever staying there has a finite value.
+
+        Args:
+            dra: the automaton.
+            on_deadlock: after a violation go back to the state before it (`stay`), to the initial state (`initial`), or
+                end the episode (`terminate`); by default what the source of the scheme does.
+
+        Raises:
+            InvalidArgumentError: the automaton lacks the form the scheme needs.
+            UnknownNameError: `on_deadlock` is none of the three.
+        """
+        mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
+        return tables_of(dra, self.steps(dra), mode)
+
+
+def check_on_deadlock(mode: str) -> OnDeadlock:
+    """The mode itself.
+
+    Raises:
+        UnknownNameError: it is none of the three.
+    """
+    if mode not in get_args(OnDeadlock):
+        raise UnknownNameError("deadlock mode", mode, get_args(OnDeadlock))
+    return mode  # type: ignore[return-value]
+
+
+def check_probability(scheme: RewardScheme, field: str, *, one: bool = False) -> None:
+    """Check that a parameter lies strictly between 0 and 1 (`one`: may also be 1).
+
+    Raises:
+        InvalidArgumentError: it does not.
+    """
+    value = getattr(scheme, field)
+    if not (0 < value < 1 or (one and value == 1)):
+        bounds = "in (0, 1]" if one else "strictly between 0 and 1"
+        raise InvalidArgumentError(f"reward scheme {scheme.name}: {field} is {value!r}; it must lie {bounds}")
+
+
+def tables_of(dra: RabinAutomaton, steps: Steps, on_deadlock: OnDeadlock) -> RewardTables:
+    """Put what a scheme says about steps together with deadlocks, accepting sinks and progress."""
+    shape = dra.delta.shape
+    violated = is_deadlock(dra)[dra.delta]
+    settled = is_accepting_sink(dra)[dra.delta]
+    satisfied = settled & (steps.satisfaction is not None)
+    reward, discount, stop, stop_reward = (
+        np.broadcast_to(np.asarray(part, dtype=np.float64), shape).copy()
+        for part in (steps.reward, steps.discount, steps.stop, steps.stop_reward)
+    )
+    reward[violated], stop[violated], stop_reward[violated] = steps.violation, 0.0, 0.0
+    reward[satisfied], stop[satisfied], stop_reward[satisfied] = steps.satisfaction or 0.0, 1.0, 0.0
+    next_state = dra.delta.copy()
+    if on_deadlock == "stay":
+        next_state = np.where(violated, np.arange(dra.n_states)[:, None], next_state)
+    elif on_deadlock == "initial":
+        next_state[violated] = dra.initial_state
+    else:
+        stop[violated] = 1.0
+    return RewardTables(
+        aps=dra.aps,
+        letter_class=dra.letter_class,
+        initial_state=dra.initial_state,
+        next_state=next_state,
+        reward=reward,
+        discount=discount,
+        stop=stop,
+        stop_reward=stop_reward,
+        violated=violated,
+        accepted=(steps.accepted | settled) & ~violated,
+        automaton_state=np.arange(dra.n_states, dtype=np.int32),
+        progress=progress(dra),
+    )
+
+
+def is_deadlock(dra: RabinAutomaton) -> BoolArray:
+    """Which states have an empty language, shape (n_states,)."""
+    return _members(dra, dra.deadlocks)
+
+
+def is_accepting_sink(dra: RabinAutomaton) -> BoolArray:
+    """Which states accept every word, shape (n_states,)."""
+    return _members(dra, dra.accepting_sinks)
+
+
+def progress(dra: RabinAutomaton) -> FloatArray:
+    """How near each state is to an accepting cycle: 1 on one, 0 in a deadlock, linear in the letters between."""
+    distance = dra.annotations.distance
+    return np.where(distance < 0, 0.0, 1.0 - distance / (distance.max(initial=0) + 1.0))
+
+
+def _members(dra: RabinAutomaton, states: tuple[int, ...]) -> BoolArray:
+    mask = np.zeros(dra.n_states, dtype=np.bool_)
+    mask[list(states)] = True
+    return mask

@@ -1,0 +1,112 @@
+"""Reward tables: what a reward scheme says, compiled to arrays over (state, letter class)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.errors import InvalidArgumentError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class RewardTables:
+    """A reward scheme compiled for one automaton: stepping a product is a look-up in these arrays.
+
+    One step from table state q with a letter of class c pays `reward[q, c]` and moves to `next_state[q, c]`. With
+    probability `stop[q, c]` the episode ends there, `stop_reward[q, c]` is paid on top, and nothing follows; otherwise
+    what follows is worth `discount[q, c]` of itself.
+
+    Raises:
+        InvalidArgumentError: the arrays do not fit together, or an entry is out of range or not finite.
+    """
+
+    aps: tuple[str, ...]
+    letter_class: IntArray
+    """shape (2**len(aps),), int32; entry = class of the letter."""
+    initial_state: int
+    """table state before any letter is read."""
+    next_state: IntArray
+    """shape (n_states, n_classes), int32; entry = next table state, after a deadlock has been dealt with."""
+    reward: FloatArray
+    """shape (n_states, n_classes), float64; computed from the state entered, deadlock included."""
+    discount: FloatArray
+    """shape (n_states, n_classes), float64 in [0, 1]; weight of all that follows the step."""
+    stop: FloatArray
+    """shape (n_states, n_classes), float64 in [0, 1]; probability that the step ends the episode."""
+    stop_reward: FloatArray
+    """shape (n_states, n_classes), float64; paid on top of `reward` when the step ends the episode."""
+    violated: BoolArray
+    """shape (n_states, n_classes), bool; whether the step enters a deadlock of the automaton."""
+    accepted: BoolArray
+    """shape (n_states, n_classes), bool; whether the step carries an acceptance mark."""
+    automaton_state: IntArray
+    """shape (n_states,), int32; the automaton state behind each table state (a scheme may refine states)."""
+    progress: FloatArray
+    """shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, less the more letters away, 0 in a deadlock."""
+
+    def __post_init__(self) -> None:
+        table = np.shape(self.next_state)
+        _check(len(table) == 2 and min(table) > 0, f"next_state has shape {table}, expected (n_states, n_classes)")
+        _freeze(self, "letter_class", np.int32, (2 ** len(self.aps),))
+        _freeze(self, "next_state", np.int32, table)
+        for field in ("reward", "discount", "stop", "stop_reward"):
+            _freeze(self, field, np.float64, table)
+        for field in ("violated", "accepted"):
+            _freeze(self, field, np.bool_, table)
+        _freeze(self, "automaton_state", np.int32, table[:1])
+        _freeze(self, "progress", np.float64, table[:1])
+        for field in ("reward", "stop_reward"):
+            _check(bool(np.isfinite(getattr(self, field)).all()), f"{field} has an entry that is not finite")
+        for field in ("discount", "stop", "progress"):
+            values = getattr(self, field)
+            _check(bool(((values >= 0) & (values <= 1)).all()), f"{field} has an entry outside [0, 1]")
+        _check(_within(self.next_state, self.n_states), "next_state leads outside the states")
+        _check(_within(self.letter_class, self.n_classes), "letter_class names a class that has no column")
+        _check(0 <= self.initial_state < self.n_states, f"initial state {self.initial_state} of {self.n_states} states")
+
+    @property
+    def n_states(self) -> int:
+        """Number of table states."""
+        return int(self.next_state.shape[0])
+
+    @property
+    def n_classes(self) -> int:
+        """Number of letter classes."""
+        return int(self.next_state.shape[1])
+
+    @property
+    def terminal(self) -> BoolArray:
+        """Steps that surely end the episode, shape (n_states, n_classes)."""
+        return np.asarray(self.stop == 1)
+
+    @property
+    def expected_reward(self) -> FloatArray:
+        """Mean reward of a step, over whether the episode stops; shape (n_states, n_classes)."""
+        return self.reward + self.stop * self.stop_reward
+
+    @property
+    def expected_discount(self) -> FloatArray:
+        """Mean weight of what follows a step, over whether the episode stops; shape (n_states, n_classes)."""
+        return self.discount * (1 - self.stop)
+
+
+def _check(condition: bool, message: str) -> None:
+    if not condition:
+        raise InvalidArgumentError(f"reward tables: {message}")
+
+
+def _within(array: IntArray, bound: int) -> bool:
+    return bool(((array >= 0) & (array < bound)).all())
+
+
+def _freeze(tables: RewardTables, field: str, dtype: type[np.generic], shape: tuple[int, ...]) -> None:
+    array = np.array(getattr(tables, field), dtype=dtype)
+    _check(array.shape == shape, f"{field} has shape {array.shape}, expected {shape}")
+    array.flags.writeable = False
+    object.__setattr__(tables, field, array)

@@ -1,0 +1,68 @@
+"""The reward function of the thesis: one number each for the terminal state, deadlocks, G, B, and the rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.rewards.forms import relevant_marks
+from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_probability, is_accepting_sink, is_deadlock
+
+
+@dataclass(frozen=True)
+class Thesis(RewardScheme):
+    """Equation 4.3: the state entered decides; terminal before deadlock before G before B before the rest.
+
+    With several pairs, G and B are the unions over the pairs. Fin marks that cannot matter (outside the components
+    where their pair accepts) are dropped from an automaton translated here, so that the rewards do not depend on how
+    the construction marks transient states; an automaton whose `translator` is None is taken as it is.
+
+    References:
+        Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, equation 4.3,
+        https://hdl.handle.net/10161/17056. The deadlock reward is paid on entering, before the state is reset; as
+        algorithm 2 prints it, it could never be paid.
+    """
+
+    name: ClassVar[str] = "thesis"
+    citation: ClassVar[str] = (
+        "Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, thesis, Duke University, 2018, "
+        "eq. 4.3, https://hdl.handle.net/10161/17056"
+    )
+    guarantee: ClassVar[str] = "None: the optimal policy depends on the automaton and need not satisfy the formula."
+    needs: ClassVar[str] = "any Rabin automaton"
+    on_deadlock: ClassVar[OnDeadlock] = "stay"
+
+    accepting: float = -1.0
+    """reward on entering G when the episode goes on."""
+    rejecting: float = -10.0
+    """reward on entering B."""
+    deadlock: float = -100.0
+    """reward on entering a deadlock."""
+    other: float = -1.0
+    """reward of any other step."""
+    terminal: float = -1.0
+    """reward of the step that ends the episode."""
+    terminate_on_accept: bool = True
+    """whether entering G ends the episode; if not, only an accepting sink does."""
+    gamma: float = 0.99
+    """discount of every step, in (0, 1]."""
+
+    def __post_init__(self) -> None:
+        check_probability(self, "gamma", one=True)
+
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """Rewards by the mark of the state entered."""
+        fin = (dra.edge_fin if dra.translator is None else relevant_marks(dra)[0]).any(axis=0)
+        accepted = dra.edge_inf.any(axis=0) & ~is_deadlock(dra)[dra.delta]
+        ends = accepted if self.terminate_on_accept else is_accepting_sink(dra)[dra.delta]
+        return Steps(
+            accepted=accepted,
+            reward=np.select([ends, accepted, fin], [self.terminal, self.accepting, self.rejecting], self.other),
+            discount=self.gamma,
+            stop=ends.astype(np.float64),
+            violation=self.deadlock,
+            satisfaction=self.terminal,
+        )

@@ -1,0 +1,106 @@
+"""A task: a formula, its automaton, and the rewards that teach it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.automata.rabin import Acceptance
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl import Formula
+from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables, get_scheme
+
+
+class Task:
+    """What an agent is to learn: a formula as an automaton with reward tables.
+
+    Attributes:
+        automaton: the deterministic Rabin automaton.
+        scheme: the reward scheme.
+        tables: the scheme compiled for the automaton; all that stepping needs.
+        formula: text of the formula, or None for an automaton of unknown origin.
+
+    Args:
+        formula: a formula, its text, or a Rabin automaton.
+        reward: a scheme, or its name in `ltlc.rewards.SCHEMES`.
+        shaping: potential of an accepting cycle for shaping by distance to acceptance, if `reward` is a name; 0: none.
+        on_deadlock: what follows a violation: "stay", "initial" or "terminate"; by default what the scheme says.
+        hold: a proposition on which the automaton stands still, for environments whose sensors sometimes say nothing
+            (the thesis code; such a letter repeats the state instead of being read); None for none.
+        acceptance: see `ltlc.compile`; without effect for an automaton.
+        translator: see `ltlc.compile`; without effect for an automaton.
+
+    Raises:
+        LtlSyntaxError: the text is not a formula.
+        UnknownNameError: there is no such scheme, mode or translator.
+        InvalidArgumentError: the automaton lacks the form the scheme needs; the message names schemes that would do.
+        LimitExceeded: the formula is too large.
+
+    Example:
+        >>> task = Task("F goal & G !hole", reward="zeta-discount")
+        >>> task.automaton.aps
+        ('goal', 'hole')
+    """
+
+    def __init__(
+        self,
+        formula: Formula | str | RabinAutomaton,
+        reward: str | RewardScheme = "thesis",
+        *,
+        shaping: float = 0.0,
+        on_deadlock: OnDeadlock | None = None,
+        hold: str | None = None,
+        acceptance: Acceptance = "state",
+        translator: str = "auto",
+    ) -> None:
+        if isinstance(formula, RabinAutomaton):
+            automaton = formula
+        else:
+            from ltlc.compiler import compile  # the translator is not needed for a ready automaton
+
+            automaton = compile(formula, acceptance=acceptance, translator=translator)
+        if not isinstance(reward, str) and shaping:
+            raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")
+        self.automaton = automaton if hold is None else with_hold(automaton, hold)
+        self.scheme = get_scheme(reward, shaping=shaping) if isinstance(reward, str) else reward
+        self.tables: RewardTables = self.scheme.compile(self.automaton, on_deadlock)
+
+    @property
+    def formula(self) -> str | None:
+        """Text of the formula, or None."""
+        return self.automaton.formula
+
+    @property
+    def aps(self) -> tuple[str, ...]:
+        """The atomic propositions that labels are about."""
+        return self.automaton.aps
+
+    def __repr__(self) -> str:
+        return f"<Task {self.formula or 'of an unnamed language'}: {self.automaton.n_states} states, {self.scheme}>"
+
+
+def with_hold(automaton: RabinAutomaton, proposition: str) -> RabinAutomaton:
+    """The automaton with one more proposition; on letters that have it, the state stays what it is.
+
+    Standing still counts as entering the state again; with acceptance on transitions it carries no mark.
+
+    Raises:
+        InvalidArgumentError: the automaton has that proposition already.
+    """
+    if proposition in automaton.aps:
+        raise InvalidArgumentError(f"the hold proposition {proposition!r} occurs in the formula; choose another name")
+    n, k = automaton.delta.shape
+    fin, inf = automaton.fin, automaton.inf
+    if automaton.acceptance == "transition":
+        still = np.zeros((automaton.n_pairs, n, 1), dtype=np.bool_)
+        fin, inf = np.concatenate([fin, still], axis=2), np.concatenate([inf, still], axis=2)
+    return dataclasses.replace(
+        automaton,
+        aps=(*automaton.aps, proposition),
+        delta=np.column_stack([automaton.delta, np.arange(n, dtype=np.int32)]),
+        letter_class=np.concatenate([automaton.letter_class, np.full_like(automaton.letter_class, k)]),
+        fin=fin,
+        inf=inf,
+    )

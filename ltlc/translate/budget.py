@@ -1,0 +1,48 @@
+"""What a translation may spend."""
+
+from __future__ import annotations
+
+import time
+
+from ltlc.errors import StateLimitExceeded, TimeLimitExceeded
+
+
+class Budget:
+    """Limits on states and seconds, checked inside every loop that can grow.
+
+    Args:
+        formula: as text, for the message.
+        max_states: of any intermediate or final automaton.
+        timeout: seconds from now, or None for no limit.
+    """
+
+    def __init__(self, formula: str, max_states: int, timeout: float | None) -> None:
+        self.formula = formula
+        self.max_states = max_states
+        self.timeout = timeout
+        self._deadline = None if timeout is None else time.monotonic() + timeout
+
+    def within(self, max_states: int) -> Budget:
+        """The same budget, with this limit on states if it is lower."""
+        narrowed = Budget(self.formula, min(self.max_states, max_states), self.timeout)
+        narrowed._deadline = self._deadline
+        return narrowed
+
+    def check_size(self, n_states: int) -> None:
+        """Raise StateLimitExceeded if `n_states` is too many."""
+        if n_states > self.max_states:
+            raise StateLimitExceeded(
+                f"{self._short()} needs more than {self.max_states} states: raise the limit (--max-states, max_states=)"
+                " or split the formula"
+            )
+        self.check_time()
+
+    def check_time(self) -> None:
+        """Raise TimeLimitExceeded if the time is over."""
+        if self._deadline is not None and time.monotonic() > self._deadline:
+            raise TimeLimitExceeded(
+                f"{self._short()} is not translated after {self.timeout:g} s: raise the limit (--timeout, timeout=)"
+            )
+
+    def _short(self) -> str:
+        return self.formula if len(self.formula) <= 80 else self.formula[:77] + "..."

@@ -1,0 +1,109 @@
+"""The registry of constructions: each turns a formula into a deterministic Emerson-Lei automaton."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from ltlc.errors import InvalidArgumentError
+from ltlc.translate.budget import Budget
+from ltlc.translate.closure import Closure
+from ltlc.translate.decomposition import decompose, dual_safra, safra
+from ltlc.translate.emerson_lei import EmersonLei, complement
+from ltlc.translate.normal_form import normal_form
+from ltlc.translate.product import combine
+
+
+@dataclass(frozen=True)
+class Construction:
+    """One way to a deterministic automaton."""
+
+    name: str
+    """for `--translator`."""
+    description: str
+    """one sentence: what it does, and for which formulas."""
+    citation: str
+    """where it comes from."""
+    build: Callable[[Closure, Budget], EmersonLei]
+    """from a formula's closure; raises LimitExceeded, and InvalidArgumentError where it does not apply."""
+
+
+def _obligation(closure: Closure, budget: Budget) -> EmersonLei:
+    if not closure.is_obligation(closure.root):
+        raise InvalidArgumentError(
+            "the formula is not a Boolean combination of safety and co-safety formulas; use another translator"
+        )
+    return _product(closure, budget)
+
+
+def _product(closure: Closure, budget: Budget) -> EmersonLei:
+    return _combined(closure, closure.root, budget)
+
+
+def _normal_form(closure: Closure, budget: Budget) -> EmersonLei:
+    return _combined(closure, normal_form(closure, closure.root), budget)
+
+
+def _dual_normal_form(closure: Closure, budget: Budget) -> EmersonLei:
+    return complement(_combined(closure, normal_form(closure, closure.negation(closure.root)), budget))
+
+
+def _combined(closure: Closure, root: int, budget: Budget) -> EmersonLei:
+    skeleton, components = decompose(closure, root, budget)
+    return combine(skeleton, components, closure.letters.all, budget)
+
+
+def _safra(closure: Closure, budget: Budget) -> EmersonLei:
+    return safra(closure, closure.root, budget)
+
+
+def _dual_safra(closure: Closure, budget: Budget) -> EmersonLei:
+    return dual_safra(closure, closure.root, budget)
+
+
+_ALL = (
+    Construction(
+        "obligation",
+        "Boolean combinations of safety and co-safety formulas only: formula progression, then the exact minimum.",
+        "Loeding, IPL 79 (2001), doi 10.1016/S0020-0190(00)00183-6",
+        _obligation,
+    ),
+    Construction(
+        "product",
+        "Any formula: deterministic automata for the parts of the outer Boolean combination (progression for safety and"
+        " co-safety, breakpoints for recurrence and persistence, Safra trees above), with G F and F G parts suspended,"
+        " then Rabin pairs from Emerson-Lei acceptance.",
+        "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743; Mueller and Sickert, GandALF 2017, doi"
+        " 10.4204/EPTCS.256.13; Casares et al., TACAS 2022, doi 10.1007/978-3-030-99527-0_6",
+        _product,
+    ),
+    Construction(
+        "normal-form",
+        "Any formula: first rewritten into a Boolean combination of recurrence and persistence formulas by guessing"
+        " which fixpoints hold infinitely often or almost always, then as product.",
+        "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743",
+        _normal_form,
+    ),
+    Construction(
+        "dual-normal-form",
+        "Any formula: the normal form of its negation, then the complement.",
+        "as normal-form",
+        _dual_normal_form,
+    ),
+    Construction(
+        "safra",
+        "Any formula: tableau to a generalized Buchi automaton, determinized by ordered Safra trees.",
+        "Couvreur, FM 1999, doi 10.1007/3-540-48119-2_16; Safra, FOCS 1988, doi 10.1109/SFCS.1988.21948; Piterman,"
+        " LMCS 3(3) 2007, doi 10.2168/LMCS-3(3:5)2007",
+        _safra,
+    ),
+    Construction(
+        "dual-safra",
+        "Any formula: tableau and Safra trees for its negation, then the complement.",
+        "as safra; Schewe and Varghese, ATVA 2012, doi 10.1007/978-3-642-33386-6_5",
+        _dual_safra,
+    ),
+)
+
+CONSTRUCTIONS: Mapping[str, Construction] = MappingProxyType({c.name: c for c in _ALL})

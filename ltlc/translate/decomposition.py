@@ -1,0 +1,97 @@
+"""A formula as a Boolean combination of subformulas that each have a deterministic automaton."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import reduce
+
+from ltlc.translate.budget import Budget
+from ltlc.translate.closure import Closure
+from ltlc.translate.components import Breakpoint, Complement, Component, Finite, Successors
+from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, EmersonLei, complement, reduced
+from ltlc.translate.product import Skeleton, antichain
+from ltlc.translate.safra import determinize
+from ltlc.translate.tableau import tableau
+
+
+def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, list[Component]]:
+    """Split at the outer Boolean operators; safety parts stay together, and so do co-safety parts."""
+    components: list[Component] = []
+    known: dict[int, Skeleton] = {}
+
+    def skeleton(node: int) -> Skeleton:
+        kind, args, _ = closure.nodes[node]
+        if kind not in "&|" or closure.level(node) in ("sigma1", "pi1"):
+            if node not in known:
+                known[node] = (1 << len(components),)
+                components.append(component(closure, node, budget))
+            return known[node]
+        groups: dict[str | int, list[int]] = {}
+        for arg in args:
+            level = closure.level(arg)
+            groups.setdefault(level if level in ("sigma1", "pi1") else arg, []).append(arg)
+        parts = [skeleton(closure.node(kind, *group)) for group in groups.values()]
+        return reduce(_both if kind == "&" else _either, parts)
+
+    return skeleton(root), components
+
+
+def _both(a: Skeleton, b: Skeleton) -> Skeleton:
+    return antichain({x | y for x in a for y in b})
+
+
+def _either(a: Skeleton, b: Skeleton) -> Skeleton:
+    return antichain({*a, *b})
+
+
+def component(closure: Closure, node: int, budget: Budget) -> Component:
+    """The deterministic automaton of a subformula, by its place in the hierarchy."""
+    level = closure.level(node)
+    if level in ("sigma1", "pi1"):
+        return Finite(closure, node, safety=level == "pi1")
+    if level == "pi2":
+        return Breakpoint(closure, node)
+    if level == "sigma2":
+        return Complement(Breakpoint(closure, closure.negation(node)))
+    return Determinized(closure, node, budget)
+
+
+class Determinized:
+    """A subformula above sigma2 and pi2, determinized beforehand by Safra trees, directly or by its complement."""
+
+    stable = False
+
+    def __init__(self, closure: Closure, node: int, budget: Budget) -> None:
+        ways = [reduced(safra(closure, node, budget)), reduced(dual_safra(closure, node, budget))]
+        self._automaton = min(ways, key=lambda a: a.n_states)
+        self.initial: Hashable = 0
+        self.n_marks = max(e.marks.bit_length() for out in self._automaton.edges for e in out)
+
+    def successors(self, state: Hashable) -> Successors:
+        """See `Component`."""
+        assert isinstance(state, int)
+        return [(e.letters, e.target, e.marks) for e in self._automaton.edges[state]]
+
+    def condition(self, state: Hashable) -> Acceptance:
+        """See `Component`."""
+        assert isinstance(state, int)
+        return self._automaton.acceptance[state]
+
+    def decided(self, state: Hashable) -> bool | None:
+        """See `Component`."""
+        assert isinstance(state, int)
+        edges = self._automaton.edges[state]
+        condition = self._automaton.acceptance[state]
+        if condition not in (ALWAYS, NEVER) or any(e.target != state for e in edges):
+            return None
+        return condition == ALWAYS
+
+
+def safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
+    """Tableau and Safra trees."""
+    return determinize(tableau(closure, node, budget), budget)
+
+
+def dual_safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
+    """Tableau and Safra trees for the negation, then the complement."""
+    return complement(safra(closure, closure.negation(node), budget))

@@ -1,0 +1,277 @@
+"""From Emerson-Lei acceptance to Rabin pairs, one strong component at a time.
+
+Two ways are tried in each component and the one with fewer states is kept:
+
+* **counters**: each clause Fin(B) & Inf(G1) & ... & Inf(Gk) becomes a pair; clauses with the same list of Inf sets share
+  a counter that waits for them in turn. One copy of the component if no clause has two Inf sets.
+* **alternating cycle decomposition**: the optimal parity condition for the given graph, and a parity condition is a
+  Rabin condition.
+
+References:
+    A. Casares, T. Colcombet, N. Fijalkow: Optimal Transformations of Games and Automata Using Muller Conditions.
+    ICALP 2021, doi 10.4230/LIPIcs.ICALP.2021.123.
+    A. Casares, A. Duret-Lutz, K. J. Meyer, F. Renkin, S. Sickert: Practical Applications of the Alternating Cycle
+    Decomposition. TACAS 2022, doi 10.1007/978-3-030-99527-0_6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import reduce
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from ltlc import graph
+from ltlc.automata.rabin import BoolArray, RabinAutomaton
+from ltlc.translate.bitset import bits
+from ltlc.translate.budget import Budget
+from ltlc.translate.closure import Letters
+from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, negation
+
+_MAX_CYCLE_NODES = 2000
+
+
+class InnerEdge(NamedTuple):
+    """An edge that stays in its strong component."""
+
+    source: int
+    target: int
+    marks: int
+
+
+class Memory(Protocol):
+    """What a strong component remembers to express its condition by Rabin pairs."""
+
+    n_pairs: int
+
+    def size(self, states: Iterable[int]) -> int:
+        """Upper bound of the number of copies of the states, in all."""
+
+    def start(self, state: int) -> int:
+        """The memory on entering the component in a state."""
+
+    def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
+        """The next memory, and the pairs whose fin and whose inf marks are seen."""
+
+
+class Counters:
+    """See the module docstring."""
+
+    def __init__(self, condition: Acceptance) -> None:
+        self._condition = condition
+        self.n_pairs = len(condition)
+        lists = {inf for _, inf in condition if inf.bit_count() > 1}
+        self._waits = {inf: bits(inf) for inf in sorted(lists)}
+
+    def size(self, states: Iterable[int]) -> int:
+        """See `Memory`."""
+        return len(list(states)) * reduce(int.__mul__, map(len, self._waits.values()), 1)
+
+    def start(self, state: int) -> int:
+        """See `Memory`."""
+        return 0
+
+    def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
+        """See `Memory`; the memory is the counters' values in mixed radix."""
+        following, radix = 0, 1
+        met: dict[int, bool] = {}
+        for inf, waits in self._waits.items():
+            memory, level = divmod(memory, len(waits))
+            level, met[inf] = _advance(level, waits, edge.marks)
+            following += radix * level
+            radix *= len(waits)
+        fins = infs = 0
+        for i, (fin, inf) in enumerate(self._condition):
+            if fin & edge.marks:
+                fins |= 1 << i
+            if met[inf] if inf in met else not inf & ~edge.marks:
+                infs |= 1 << i
+        return following, fins, infs
+
+
+def _advance(level: int, waits: Sequence[int], marks: int) -> tuple[int, bool]:
+    while level < len(waits) and marks >> waits[level] & 1:
+        level += 1
+    if level < len(waits):
+        return level, False
+    level = 0
+    while level < len(waits) - 1 and marks >> waits[level] & 1:
+        level += 1
+    return level, True
+
+
+class _CycleNode(NamedTuple):
+    edges: frozenset[int]
+    states: frozenset[int]
+    parent: int
+    depth: int
+
+
+class CycleDecomposition:
+    """The alternating cycle decomposition of one strong component; the memory is a leaf of the tree of a state."""
+
+    def __init__(self, condition: Acceptance, edges: Sequence[InnerEdge]) -> None:
+        self._edges = edges
+        self._number = {edge: i for i, edge in enumerate(edges)}
+        self._condition = condition
+        everything = frozenset(range(len(edges)))
+        self._root_accepts = self._accepts(everything)
+        ways = {True: condition, False: negation(condition)}
+        self._nodes = [self._node(everything, -1, 0)]
+        self._children: list[list[int]] = []
+        for index, node in enumerate(self._nodes):  # grows while it is read
+            wanted = self._root_accepts == bool(node.depth % 2)
+            parts = self._maximal_parts(node.edges, ways[wanted], wanted)
+            self._children.append(list(range(len(self._nodes), len(self._nodes) + len(parts))))
+            self._nodes.extend(self._node(part, index, node.depth + 1) for part in parts)
+            if len(self._nodes) > _MAX_CYCLE_NODES:
+                raise OverflowError
+        depths = max(node.depth for node in self._nodes) + 1
+        self._accepting = [d for d in range(depths) if self._root_accepts == (d % 2 == 0)]
+        self.n_pairs = len(self._accepting)
+
+    def _node(self, edges: frozenset[int], parent: int, depth: int) -> _CycleNode:
+        return _CycleNode(edges, frozenset(self._edges[e].source for e in edges), parent, depth)
+
+    def _accepts(self, edges: Iterable[int]) -> bool:
+        return holds(self._condition, reduce(int.__or__, (self._edges[e].marks for e in edges), 0))
+
+    def _maximal_parts(self, edges: frozenset[int], ways: Acceptance, wanted: bool) -> list[frozenset[int]]:
+        """The largest strongly connected sets of edges whose cycles, taken together, have the wanted status."""
+        found: dict[frozenset[int], None] = {}
+        for fin, _ in ways:
+            kept = sorted(e for e in edges if not self._edges[e].marks & fin)
+            for part in _strong_edge_sets(kept, self._edges):
+                if self._accepts(part) == wanted:
+                    found[part] = None
+        maximal = [p for p in found if not any(p < other for other in found)]
+        return sorted(maximal, key=lambda p: (-len(p), sorted(p)))
+
+    def size(self, states: Iterable[int]) -> int:
+        """See `Memory`."""
+        leaves = 0
+        for q in states:
+            leaves += sum(
+                q in node.states and not any(q in self._nodes[c].states for c in self._children[i])
+                for i, node in enumerate(self._nodes)
+            )
+        return leaves
+
+    def start(self, state: int) -> int:
+        """See `Memory`."""
+        return self._leftmost_leaf(0, state)
+
+    def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
+        """See `Memory`."""
+        number = self._number[edge]
+        came_from, node = -1, memory
+        while number not in self._nodes[node].edges:
+            came_from, node = node, self._nodes[node].parent
+        leaf = self._leftmost_leaf(self._next_child(node, came_from, edge.target), edge.target)
+        depth = self._nodes[node].depth
+        fins = sum(1 << i for i, d in enumerate(self._accepting) if d > depth)
+        infs = sum(1 << i for i, d in enumerate(self._accepting) if d == depth)
+        return leaf, fins, infs
+
+    def _next_child(self, node: int, came_from: int, state: int) -> int:
+        """The child after `came_from`, in cyclic order, that contains the state; the node itself if there is none."""
+        children = self._children[node]
+        turn = children.index(came_from) + 1 if came_from >= 0 else 0
+        for child in (*children[turn:], *children[:turn]):
+            if state in self._nodes[child].states:
+                return child
+        return node
+
+    def _leftmost_leaf(self, node: int, state: int) -> int:
+        while True:
+            child = self._next_child(node, -1, state)
+            if child == node:
+                return node
+            node = child
+
+
+def _strong_edge_sets(kept: Sequence[int], edges: Sequence[InnerEdge]) -> list[frozenset[int]]:
+    number: dict[int, int] = {}
+    for e in kept:
+        number.setdefault(edges[e].source, len(number))
+        number.setdefault(edges[e].target, len(number))
+    arcs = [(number[edges[e].source], number[edges[e].target]) for e in kept]
+    component = graph.strong_components(graph.from_edges(len(number), arcs))
+    parts: dict[int, list[int]] = {}
+    for e, (source, target) in zip(kept, arcs, strict=True):
+        if component[source] == component[target]:
+            parts.setdefault(component[source], []).append(e)
+    return [frozenset(part) for part in parts.values()]
+
+
+def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget) -> RabinAutomaton:
+    """The transition-based Rabin automaton of a (localized) Emerson-Lei automaton."""
+    component = graph.strong_components(automaton.successors())
+    memories: list[Memory] = [
+        _best_memory(automaton, members, component) for members in graph.component_members(component)
+    ]
+
+    def successors(state: tuple[int, int]) -> Iterable[tuple[int, tuple[int, int], int]]:
+        q, memory = state
+        here = memories[component[q]]
+        for edge in automaton.edges[q]:
+            if component[edge.target] == component[q]:
+                following, fins, infs = here.move(memory, InnerEdge(q, edge.target, edge.marks))
+                yield edge.letters, (edge.target, following), fins << n_pairs | infs
+            else:
+                there = memories[component[edge.target]]
+                yield edge.letters, (edge.target, there.start(edge.target)), 0
+
+    n_pairs = max(memory.n_pairs for memory in memories)
+    _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
+    return _as_arrays(edges, n_pairs, letters)
+
+
+def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int]) -> Memory:
+    condition = automaton.acceptance[members[0]]
+    counters = Counters(condition)
+    if counters.size(members) == len(members):
+        return counters
+    inner = [
+        InnerEdge(q, e.target, e.marks)
+        for q in members
+        for e in automaton.edges[q]
+        if component[e.target] == component[q]
+    ]
+    try:
+        decomposition = CycleDecomposition(condition, list(dict.fromkeys(inner)))
+    except OverflowError:
+        return counters
+    return decomposition if decomposition.size(members) <= counters.size(members) else counters
+
+
+def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) -> RabinAutomaton:
+    """Dense tables over the coarsest letter classes that the edges respect."""
+    blocks = [letters.all]
+    for letter_set in dict.fromkeys(e.letters for out in edges for e in out):
+        blocks = [part for b in blocks for part in (b & letter_set, b & ~letter_set) if part]
+    blocks.sort(key=lambda b: b & -b)
+    shape = (len(edges), len(blocks))
+    delta = np.zeros(shape, dtype=np.int32)
+    fin = np.zeros((n_pairs, *shape), dtype=np.bool_)
+    inf = np.zeros((n_pairs, *shape), dtype=np.bool_)
+    samples = [b & -b for b in blocks]
+    for q, out in enumerate(edges):
+        for letter_set, target, marks in out:
+            columns = [i for i, sample in enumerate(samples) if sample & letter_set]
+            delta[q, columns] = target
+            for i in range(n_pairs):
+                fin[i, q, columns] = marks >> (n_pairs + i) & 1
+                inf[i, q, columns] = marks >> i & 1
+    block_of = np.zeros(letters.n_classes, dtype=np.int32)
+    for i, block in enumerate(blocks):
+        block_of[_members(block, letters.n_classes)] = i
+    return RabinAutomaton(letters.aps, delta, block_of[letters.letter_class], fin, inf, acceptance="transition")
+
+
+def _members(letter_set: int, n_classes: int) -> BoolArray:
+    """The letter set as a Boolean array over letter classes."""
+    data = np.frombuffer(letter_set.to_bytes((n_classes + 7) // 8, "little"), dtype=np.uint8)
+    return np.unpackbits(data, count=n_classes, bitorder="little").astype(np.bool_)
+

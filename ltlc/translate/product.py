@@ -1,0 +1,136 @@
+"""Boolean combinations of deterministic components, with suspension.
+
+A product state holds the state of every component that still matters: what is decided is folded into the Boolean
+skeleton, and a component that the remaining skeleton no longer mentions is forgotten. Components whose language does
+not depend on the prefix (G F and F G parts) rest in their initial state until the others have settled.
+
+References:
+    D. Mueller, S. Sickert: LTL to Deterministic Emerson-Lei Automata. GandALF 2017, doi 10.4204/EPTCS.256.13.
+    T. Babiak, T. Badie, A. Duret-Lutz, M. Kretinsky, J. Strejcek: Compositional Approach to Suspension and Other
+    Improvements to LTL Translation. SPIN 2013, doi 10.1007/978-3-642-39176-7_6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Sequence
+from functools import reduce
+
+from ltlc import graph
+from ltlc.translate.bitset import bits
+from ltlc.translate.budget import Budget
+from ltlc.translate.components import Component
+from ltlc.translate.emerson_lei import (
+    ALWAYS,
+    NEVER,
+    Acceptance,
+    EmersonLei,
+    conjunction,
+    disjunction,
+    explore,
+)
+
+Skeleton = tuple[int, ...]
+"""A positive Boolean combination of components: clauses of component bits, an antichain, sorted."""
+ProductState = tuple[Skeleton, tuple[Hashable, ...]]
+
+_TRUE: Skeleton = (0,)
+_FALSE: Skeleton = ()
+
+
+def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, budget: Budget) -> EmersonLei:
+    """The deterministic automaton of a Boolean combination of components; `letters` is the set of all letters."""
+    product = _Product(components, letters)
+    start = product.settle(skeleton, [c.initial for c in components])
+    states, edges = explore(start, product.restless, budget)
+    if product.stable:
+        component = graph.strong_components([[e.target for e in out] for out in edges])
+        settled = dict(zip(states, component, strict=True))
+        states, edges = explore(start, lambda s: product.all_moves(s, settled), budget)
+    return EmersonLei(tuple(map(tuple, edges)), tuple(map(product.condition, states)))
+
+
+class _Product:
+    def __init__(self, components: Sequence[Component], letters: int) -> None:
+        self.components = components
+        self.letters = letters
+        self._condition: dict[tuple[Skeleton, tuple[tuple[int, Acceptance], ...]], Acceptance] = {}
+        self.stable = sum(1 << i for i, c in enumerate(components) if c.stable)
+        self._first_mark = [sum(c.n_marks for c in components[:i]) for i in range(len(components))]
+
+    def settle(self, skeleton: Skeleton, states: list[Hashable]) -> ProductState:
+        """Fold decided components into the skeleton, and forget the irrelevant ones."""
+        for i in bits(reduce(int.__or__, skeleton, 0)):
+            decided = self.components[i].decided(states[i])
+            if decided is not None:
+                skeleton = assign(skeleton, i, decided)
+        relevant = reduce(int.__or__, skeleton, 0)
+        return skeleton, tuple(s if relevant >> i & 1 else None for i, s in enumerate(states))
+
+    def restless(self, state: ProductState) -> Iterable[tuple[int, ProductState, int]]:
+        """Moves in which the stable components rest."""
+        return self._moves(state, resting=self.stable)
+
+    def all_moves(self, state: ProductState, settled: dict[ProductState, int]) -> Iterable[tuple[int, ProductState, int]]:
+        """Moves in which the stable components rest only while the others pass from component to component."""
+        here = settled[self._rested(state)]
+        for letters, (skeleton, states), marks in self._moves(state, resting=0):
+            target = self._rested((skeleton, states))
+            if settled[target] == here:
+                yield letters, (skeleton, states), marks
+            else:
+                yield letters, target, marks
+
+    def _rested(self, state: ProductState) -> ProductState:
+        skeleton, states = state
+        relevant = reduce(int.__or__, skeleton, 0) & self.stable
+        return skeleton, tuple(
+            self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states)
+        )
+
+    def _moves(self, state: ProductState, resting: int) -> list[tuple[int, ProductState, int]]:
+        skeleton, states = state
+        relevant = reduce(int.__or__, skeleton, 0)
+        partial: list[tuple[int, list[Hashable], int]] = [(self.letters, list(states), 0)]
+        for i in bits(relevant & ~resting):
+            shift = self._first_mark[i]
+            ways = self.components[i].successors(states[i])
+            partial = [
+                (common, [*targets[:i], target, *targets[i + 1 :]], marks | more << shift)
+                for letters, targets, marks in partial
+                for letters_i, target, more in ways
+                if (common := letters & letters_i)
+            ]
+        return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
+
+    def condition(self, state: ProductState) -> Acceptance:
+        """The acceptance condition while the skeleton and the components' strong components stay as they are."""
+        skeleton, states = state
+        conditions = {
+            i: self._shifted(i, self.components[i].condition(states[i]))
+            for i in bits(reduce(int.__or__, skeleton, 0))
+        }
+        key = (skeleton, tuple(conditions.items()))
+        known = self._condition.get(key)
+        if known is None:
+            known = NEVER
+            for clause in skeleton:
+                known = disjunction(known, reduce(conjunction, (conditions[i] for i in bits(clause)), ALWAYS))
+            self._condition[key] = known
+        return known
+
+    def _shifted(self, component: int, condition: Acceptance) -> Acceptance:
+        shift = self._first_mark[component]
+        return tuple((fin << shift, inf << shift) for fin, inf in condition)
+
+
+def assign(skeleton: Skeleton, component: int, value: bool) -> Skeleton:
+    """The skeleton once a component is decided."""
+    bit = 1 << component
+    if value:
+        return antichain({clause & ~bit for clause in skeleton})
+    return tuple(clause for clause in skeleton if not clause & bit)
+
+
+def antichain(clauses: set[int]) -> Skeleton:
+    """The clauses that no other clause implies, sorted."""
+    return tuple(sorted(c for c in clauses if not any(d != c and d & ~c == 0 for d in clauses)))

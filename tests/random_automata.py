@@ -1,0 +1,61 @@
+"""Seeded random Rabin automata and lasso words for tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from ltlc.automata import RabinAutomaton
+from ltlc.automata.rabin import Acceptance
+
+Lasso = tuple[tuple[int, ...], tuple[int, ...]]
+
+
+def random_automaton(
+    rng: np.random.Generator,
+    n_states: int,
+    n_aps: int,
+    n_pairs: int,
+    acceptance: Acceptance,
+    density: float = 0.3,
+) -> RabinAutomaton:
+    """Uniform successors; every letter a class of its own, in shuffled numbering; each mark with this probability."""
+    n_letters = 2**n_aps
+    shape = (n_pairs, n_states) if acceptance == "state" else (n_pairs, n_states, n_letters)
+    return RabinAutomaton(
+        aps=tuple("abcdefgh"[:n_aps]),
+        delta=rng.integers(0, n_states, (n_states, n_letters)),
+        letter_class=rng.permutation(n_letters),
+        fin=rng.random(shape) < density,
+        inf=rng.random(shape) < density,
+        initial_state=int(rng.integers(n_states)),
+        acceptance=acceptance,
+    )
+
+
+def random_automata(count: int, max_states: int = 6, max_aps: int = 2, max_pairs: int = 3) -> Iterator[RabinAutomaton]:
+    """`count` automata of both kinds, of all small sizes."""
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        acceptance: Acceptance = "state" if seed % 2 else "transition"
+        sizes = (int(rng.integers(1, limit + 1)) for limit in (max_states, max_aps, max_pairs))
+        yield random_automaton(rng, *sizes, acceptance, density=float(rng.choice([0.1, 0.3, 0.5])))
+
+
+def short_lassos(n_letters: int, max_prefix: int = 1, max_cycle: int = 3) -> list[Lasso]:
+    """All lasso words with prefix and cycle of at most these lengths."""
+    letters = range(n_letters)
+    prefixes = [u for length in range(max_prefix + 1) for u in product(letters, repeat=length)]
+    cycles = [v for length in range(1, max_cycle + 1) for v in product(letters, repeat=length)]
+    return [(u, v) for u in prefixes for v in cycles]
+
+
+def random_lassos(rng: np.random.Generator, n_letters: int, count: int) -> list[Lasso]:
+    """Lasso words with prefixes up to 4 and cycles up to 8 letters."""
+
+    def letters(least: int, most: int) -> tuple[int, ...]:
+        return tuple(rng.integers(0, n_letters, rng.integers(least, most + 1)).tolist())
+
+    return [(letters(0, 4), letters(1, 8)) for _ in range(count)]

@@ -1,0 +1,107 @@
+"""Letter classes and guards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ltlc.automata import Alphabet, guard_text
+from ltlc.automata.alphabet import (
+    Guard,
+    irredundant_cover,
+    letter_classes,
+    project,
+    proposition_column,
+    shortest_guard,
+    support,
+    truth_table,
+)
+
+
+def value(guard: Guard, letter: int) -> bool:
+    terms = [[bool(letter >> i & 1) == sign for i, sign in term] for term in guard.terms]
+    return any(map(all, terms)) if guard.disjunctive else all(map(any, terms))
+
+
+@pytest.mark.parametrize("n_aps", [0, 1, 2, 3])
+def test_guards_are_exact_and_irredundant_for_every_function(n_aps: int) -> None:
+    n_letters = 2**n_aps
+    for table in range(2**n_letters):
+        guard = shortest_guard(table, n_aps)
+        assert [value(guard, letter) for letter in range(n_letters)] == [bool(table >> k & 1) for k in range(n_letters)]
+        terms = irredundant_cover(table, n_aps)
+        for drop in range(len(terms)):
+            fewer = Guard(True, tuple(t for i, t in enumerate(terms) if i != drop))
+            assert any(value(fewer, letter) != bool(table >> letter & 1) for letter in range(n_letters))
+
+
+def test_guards_of_random_functions_of_eight_propositions_are_exact() -> None:
+    rng = np.random.default_rng(1)
+    for density in (0.02, 0.5, 0.98):
+        column = rng.random(256) < density
+        guard = shortest_guard(truth_table(column), 8)
+        assert [value(guard, letter) for letter in range(256)] == column.tolist()
+
+
+@pytest.mark.parametrize(
+    ("letter_class", "classes", "text"),
+    [
+        ([0, 0, 0, 1], [0], "!a | !b"),
+        ([0, 0, 0, 1], [1], "a & b"),
+        ([0, 0, 0, 1], [0, 1], "true"),
+        ([0, 0, 0, 1], [], "false"),
+        ([0, 1, 0, 1], [1], "a"),
+        ([0, 0, 1, 0], [1], "!a & b"),
+        ([0, 1, 1, 0], [1], "a & !b | !a & b"),
+        ([0, 0, 0, 0, 0, 1, 1, 1], [1], "c & (a | b)"),
+    ],
+)
+def test_guard_text(letter_class: list[int], classes: list[int], text: str) -> None:
+    aps = ("a", "b", "c")[: len(letter_class).bit_length() - 1]
+    assert guard_text(Alphabet(aps, np.array(letter_class)), classes) == text
+
+
+def test_names_are_quoted_where_they_need_it() -> None:
+    alphabet = Alphabet(("U", "at home", 'say "hi"', "door_1"), np.arange(16))
+    assert guard_text(alphabet, [15]) == '"U" & "at home" & "say \\"hi\\"" & door_1'
+
+
+def test_other_names_for_other_formats() -> None:
+    guard = Alphabet(("a", "b"), np.array([0, 1, 1, 1])).guard([1])
+    assert guard.text(["0", "1"]) == "0 | 1"
+    assert Guard(True, ((),)).text([], true="t") == "t"
+    assert Guard(False, ((),)).text([], false="f") == "f"
+
+
+def test_guards_over_twenty_propositions() -> None:
+    names = tuple(f"a{i}" for i in range(20))
+    every = np.ones(2**20, dtype=bool)
+    for i in range(20):
+        every &= proposition_column(i, 20)
+    classes, first = letter_classes([every], 20)
+    assert first.tolist() == [0, 2**20 - 1]
+    alphabet = Alphabet(names, classes)
+    assert guard_text(alphabet, [1]) == " & ".join(names)
+    assert guard_text(alphabet, [0]) == " | ".join("!" + name for name in names)
+    two = Alphabet(names, (proposition_column(3, 20) & proposition_column(17, 20)).astype(np.int32))
+    assert two.relevant == (3, 17)
+    assert guard_text(two, [1]) == "a3 & a17"
+
+
+def test_letter_classes_are_the_coarsest_and_numbered_by_first_letter() -> None:
+    rng = np.random.default_rng(2)
+    for n_aps in range(5):
+        columns = [rng.integers(0, 3, 2**n_aps) for _ in range(2)]
+        classes, first = letter_classes(columns, n_aps)
+        keys = list(zip(*(column.tolist() for column in columns), strict=True))
+        order = list(dict.fromkeys(keys))
+        assert classes.tolist() == [order.index(key) for key in keys]
+        assert first.tolist() == [keys.index(key) for key in order]
+    assert letter_classes([], 2)[0].tolist() == [0, 0, 0, 0]
+
+
+def test_support_and_projection() -> None:
+    column = proposition_column(0, 3) | proposition_column(2, 3)
+    assert support(column) == (0, 2)
+    assert project(column, (0, 2)).tolist() == [False, True, True, True]
+    assert truth_table(column) == 0b11111010

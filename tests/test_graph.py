@@ -1,0 +1,71 @@
+"""Graph algorithms against definitions by brute force."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from ltlc import graph
+
+
+def closure(successors: list[list[int]]) -> np.ndarray:
+    """Reflexive-transitive closure, by squaring."""
+    n = len(successors)
+    reach = np.eye(n, dtype=bool)
+    for q, row in enumerate(successors):
+        reach[q, row] = True
+    for _ in range(n.bit_length() + 1):
+        reach = reach @ reach
+    return reach
+
+
+def random_graph(seed: int) -> list[list[int]]:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    n_edges = int(rng.integers(0, 2 * n + 1))
+    return graph.from_edges(n, rng.integers(0, n, (n_edges, 2)).tolist())
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_components_reachability_and_distances(seed: int) -> None:
+    successors = random_graph(seed)
+    n = len(successors)
+    reach = closure(successors)
+    component = graph.strong_components(successors)
+    assert sorted(set(component)) == list(range(max(component) + 1))
+    for q in range(n):
+        assert sorted(graph.reachable(successors, [q])) == np.flatnonzero(reach[q]).tolist()
+        assert sorted(graph.coreachable(successors, [q])) == np.flatnonzero(reach[:, q]).tolist()
+        for t in range(n):
+            assert (component[q] == component[t]) == (reach[q, t] and reach[t, q])
+        assert all(component[q] <= component[t] for t in successors[q])
+        away = graph.distances(successors, [q])
+        assert [d >= 0 for d in away] == reach[q].tolist()
+        back = graph.distances_to(successors, [q])
+        for t in range(n):
+            assert graph.distances_to(successors, [t])[q] == away[t]
+            path = graph.shortest_path(successors, q, [t])
+            assert (None if path is None else len(path) - 1) == (away[t] if away[t] >= 0 else None)
+            assert path is None or all(b in successors[a] for a, b in pairwise(path))
+        assert back[q] == 0
+
+
+def test_members_follow_the_component_numbers() -> None:
+    component = graph.strong_components([[1], [0, 2], [2], []])
+    assert graph.component_members(component) == [[3], [0, 1], [2]]
+
+
+def test_arrays_are_graphs_too() -> None:
+    delta = np.array([[1, 1], [2, 0], [2, 2]])
+    assert graph.strong_components(delta) == [0, 0, 1]
+    assert graph.reachable(delta, [2]) == [2]
+    assert graph.distances(delta, [0]) == [0, 1, 2]
+    assert graph.predecessor_lists(delta) == [[1], [0], [1, 2]]
+
+
+def test_a_long_path_needs_no_recursion() -> None:
+    n = 50_000
+    component = graph.strong_components([[q + 1] for q in range(n)] + [[]])
+    assert component == list(range(n + 1))
