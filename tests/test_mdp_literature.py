@@ -157,7 +157,7 @@ def test_taxi_table_is_read():
 
 
 def test_safe_absorbing_grid_from_every_cell():
-    """csrl's first example, (FG a | FG b) & G !c: a published table."""
+    """Csrl's first example, (FG a | FG b) & G !c: a published table."""
     labels = {(0, 2): "c", (1, 2): "a", (1, 3): "b", (2, 2): "c", (3, 0): "b", (3, 2): "a", (4, 1): "c", (4, 3): "c"}
     absorbing = [(1, 3), (3, 0), (3, 2)]
     world = grid(5, 4, sideways(0.8, 0.1), labels, aps="abc", blocked=[(2, 0)], absorbing=absorbing)
@@ -252,7 +252,7 @@ HOLES_8 = [(2, 3), (3, 5), (4, 3), (5, 1), (5, 2), (5, 6), (6, 1), (6, 4), (6, 6
 
 
 def test_shao_frozen_lake():
-    labels = {cell: "h" for cell in HOLES_8} | {(4, 6): "b", (7, 7): "a"}
+    labels = dict.fromkeys(HOLES_8, "h") | {(4, 6): "b", (7, 7): "a"}
     world = grid(8, 8, sideways(0.34, 0.33), labels, aps="abh")
     dra = safely("abh", "h", [(lambda x: False, lambda x: "a" in x or "b" in x)])
     assert pmax(world, dra) == 1.0
@@ -282,14 +282,14 @@ class TestLcrl:
         assert pmax(world, sequence("1234", "u", safe_for_ever=True)) == pytest.approx(0.998374, abs=1e-6)
 
     def test_frozen_4x4(self):
-        labels = {cell: "u" for cell in [(1, 1), (1, 3), (2, 3), (3, 0)]} | {(0, 3): "1", (3, 3): "2"}
+        labels = dict.fromkeys([(1, 1), (1, 3), (2, 3), (3, 0)], "u") | {(0, 3): "1", (3, 3): "2"}
         world = grid(4, 4, uniform_slip(0.05), labels, aps="12u", absorbing=[(3, 3)])
         assert pmax(world, sequence("2", "u", safe_for_ever=True)) == pytest.approx(0.949052, abs=1e-6)
         assert pmax(world, sequence("12", "u", safe_for_ever=True)) == pytest.approx(0.935959, abs=1e-6)
         assert pmax(world, sequence("1", "u")) == pytest.approx(0.986520, abs=1e-6)
 
     def test_frozen_8x8(self):
-        labels = {cell: "u" for cell in HOLES_8} | {(0, 7): "1", (7, 7): "2"}
+        labels = dict.fromkeys(HOLES_8, "u") | {(0, 7): "1", (7, 7): "2"}
         world = grid(8, 8, uniform_slip(0.05), labels, aps="12u", absorbing=[(7, 7)])
         assert pmax(world, sequence("2", "u", safe_for_ever=True)) == pytest.approx(0.973860, abs=1e-6)
 

@@ -156,7 +156,7 @@ def induced_chain(mdp: ExplicitMDP, policy: npt.ArrayLike) -> MarkovChain:
 
 
 def solve(matrix: Any, right_hand_side: FloatArray) -> FloatArray:
-    """x with x = matrix @ x + right_hand_side, by sparse LU; the matrix must leak from everywhere."""
+    """X with x = matrix @ x + right_hand_side, by sparse LU; the matrix must leak from everywhere."""
     n = matrix.shape[0]
     system = sparse.eye_array(n, format="csc") - matrix.tocsc()
     return np.asarray(spsolve(system, right_hand_side)).reshape(n)
