@@ -127,7 +127,9 @@ def test_three_ways_to_the_optimum(seed):
     rng = np.random.default_rng(seed)
     mdp = random_mdp(rng, 5, 2).explicit
     reward = rng.normal(size=mdp.n_choices)
-    best = max((policy_evaluation(mdp, reward, np.array(p), discount=0.9) for p in policies(mdp)), key=lambda v: v.sum())
+    best = max(
+        (policy_evaluation(mdp, reward, np.array(p), discount=0.9) for p in policies(mdp)), key=lambda v: v.sum()
+    )
     iterated = value_iteration(mdp, reward, discount=0.9, tolerance=1e-8)
     improved = policy_iteration(mdp, reward, discount=0.9)
     assert np.abs(iterated.value - best).max() <= iterated.error_bound + 1e-12 <= 1e-8 + 1e-12
@@ -201,7 +203,11 @@ def test_returns_agree_with_rollouts(seed):
             factor *= paid.discount[here]
             q = dra.delta[here]
     lifted = product.lift(policy)
-    exact = [expected_return(product, lifted, discount=1), expected_return(product, lifted), expected_steps(product, lifted)]
+    exact = [
+        expected_return(product, lifted, discount=1),
+        expected_return(product, lifted),
+        expected_steps(product, lifted),
+    ]
     error = totals.std(axis=1) / np.sqrt(totals.shape[1])
     assert (np.abs(totals.mean(axis=1) - exact) < 5 * error).all()
 

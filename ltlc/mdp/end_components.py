@@ -129,7 +129,7 @@ def _leaving(mdp: ExplicitMDP, rows: IntArray, component: IntArray) -> IntArray:
     """Those of the given choices that may lead out of the component of their state."""
     part: Any = mdp.matrix[rows]
     outside = component[part.indices] != np.repeat(component[mdp.choice_state[rows]], np.diff(part.indptr))
-    return rows[np.unique(np.repeat(np.arange(len(rows)), np.diff(part.indptr))[outside])]
+    return np.asarray(rows[np.logical_or.reduceat(outside, part.indptr[:-1])])
 
 
 def _renumbered(component: IntArray, alive: BoolArray) -> EndComponents:

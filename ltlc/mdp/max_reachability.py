@@ -102,8 +102,8 @@ def _solve(
     gap = (upper - lower).max()
     if gap > precision:
         raise LimitExceeded(
-            f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, ask for "
-            'less precision, or use method="policy"'
+            f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, "
+            'ask for less precision, or use method="policy"'
         )
     return lower, upper, (lower + upper) / 2, mdp.greedy(gain + mdp.matrix @ lower)
 

@@ -59,8 +59,8 @@ def optimal_total_reward(mdp: ExplicitMDP, reward: FloatArray, *, max_iterations
     if (reward[endless.choices] > 0).any():
         choice = np.flatnonzero(endless.choices & (reward > 0))[0]
         raise InvalidArgumentError(
-            f"state {mdp.describe(mdp.choice_state[choice])} can be paid {reward[choice]:.6g} again and again without end: "
-            "the undiscounted return may be infinite; use a discount below 1"
+            f"state {mdp.describe(mdp.choice_state[choice])} can be paid {reward[choice]:.6g} again and again without "
+            "end: the undiscounted return may be infinite; use a discount below 1"
         )
     free = maximal_end_components(mdp, endless.choices & (reward == 0))
     quotient = collapse(mdp, free, may_stay=True)

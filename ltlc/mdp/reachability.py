@@ -31,7 +31,7 @@ def distance_to(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None =
 
 
 def attractor(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None = None) -> IntArray:
-    """A choice per state that may bring it one step nearer to `target`, shape (n_states,); -1 on target and unreachable.
+    """A choice per state that may bring it one step nearer to `target`, shape (n_states,); -1 where there is none.
 
     If the given choices never leave the states that have a distance, following it reaches the target surely.
     """
