@@ -98,7 +98,7 @@ def test_returns_that_never_converge_say_so():
 
 
 def test_value_iteration_says_what_it_does_not_know():
-    waiting = chain([[0.5, 0.5], [0, 1]], labels={1: "a"})
+    waiting = chain([[0, 1, 0], [0, 0.5, 0.5], [0, 0, 1]], labels={2: "a"})
     product = RewardProduct(waiting, tables(RECURRENCE, stop=PAID, reward=PAID))
     assert value_iteration(product, product.reward).error_bound == np.inf
     endless = RewardProduct(chain([[1.0]]), tables(RECURRENCE, reward=np.ones((1, 2))))

@@ -13,7 +13,7 @@ from ltlc.mdp.reachability import attractor, distance_to
 from ltlc.mdp.value_iteration import Solution
 
 IMPROVEMENT = 1e-14
-"""An action must be better by this, relative to the values around, to replace the current one: rounding is not."""
+"""An action must be better by this, relative to the largest value, to replace another: rounding is not."""
 
 
 def policy_iteration(
