@@ -134,7 +134,7 @@ def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray
     it is 0 or 1: so it is where some policies take some 1e10 steps to get anywhere.
     """
     lower, chosen, _ = improve(mdp, gain - _MARGIN, mdp.greedy(gain))
-    value = MarkovChain(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
+    value = MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
     upper: FloatArray = np.ones(mdp.n_states)
     try:
         candidate, _, _ = improve(mdp, gain + _MARGIN, chosen, _PROOF_ROUNDS)

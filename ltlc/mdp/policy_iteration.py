@@ -88,7 +88,7 @@ def improve(
         values and choices, both shape (n_states,), and the number of rounds.
     """
     for iteration in range(1, max_iterations + 1):
-        chain = MarkovChain(mdp, mdp.choice_matrix(chosen))
+        chain = MarkovChain.under(mdp, mdp.choice_matrix(chosen))
         value = chain.total(reward[chosen])
         choice_value = reward + mdp.matrix @ value
         better = mdp.best(choice_value)
