@@ -88,7 +88,7 @@ def plain_space(space: spaces.Space[Any]) -> dict[str, Any]:
         case spaces.MultiDiscrete():
             return {"kind": "MultiDiscrete", "nvec": space.nvec.tolist(), "start": space.start.tolist()}
         case spaces.MultiBinary():
-            return {"kind": "MultiBinary", "shape": list(space.shape)}
+            return {"kind": "MultiBinary", "n": space.n if isinstance(space.n, int) else list(space.n)}
         case spaces.Box():
             bounds = {"low": torch.from_numpy(space.low.copy()), "high": torch.from_numpy(space.high.copy())}
             return {"kind": "Box", "dtype": np.dtype(space.dtype).name, **bounds}
@@ -111,7 +111,7 @@ def space_of_plain(plain: dict[str, Any]) -> spaces.Space[Any]:
         case "MultiDiscrete":
             return spaces.MultiDiscrete(plain["nvec"], start=plain["start"])
         case "MultiBinary":
-            return spaces.MultiBinary(plain["shape"])
+            return spaces.MultiBinary(plain["n"])
         case "Box":
             return spaces.Box(plain["low"].numpy(), plain["high"].numpy(), dtype=np.dtype(plain["dtype"]).type)
         case "Dict":

@@ -118,7 +118,7 @@ def train(
             steps = run.collector.step(actions)
             run.buffer.add(steps)
             losses = []
-            if run.may_update():
+            if len(steps.action) and run.may_update():
                 for _ in range(config.gradient_steps):
                     batch = run.buffer.sample(config.batch_size, run.generator)
                     losses.append(run.agent.update(batch, learning_rate))

@@ -64,11 +64,15 @@ def reachable_states(tables: RewardTables) -> np.ndarray:
 
 
 def reward_scale(tables: RewardTables, learned: np.ndarray) -> float:
-    """A unit of reward that makes values a few units large: the mean |reward| over a fifth of the horizon."""
-    magnitude = float(np.abs(tables.expected_reward[learned]).mean())
+    """A unit of reward that makes values a few units large: what a fifth of the horizon pays at the median reward.
+
+    The median and not the mean, lest a rare large penalty make the steps to the goal too small to tell apart.
+    """
+    rewards = np.abs(tables.expected_reward[learned])
+    magnitude = float(np.median(rewards[rewards > 0])) if rewards.any() else 1.0
     largest = float(tables.discount[learned].max())
     horizon = HORIZON if largest >= 1 - 1 / HORIZON else 1 / (1 - largest)
-    return (magnitude or 1.0) * max(horizon / 5, 1.0)
+    return magnitude * max(horizon / 5, 1.0)
 
 
 def policy_values(target: Tensor, online: Tensor, double: bool) -> Tensor:

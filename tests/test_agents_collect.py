@@ -51,7 +51,7 @@ def collector(env: Any) -> Collector:
 
 
 def rows(steps: Steps) -> list[tuple[Any, ...]]:
-    columns = [np.asarray(getattr(steps, name)).reshape(len(steps.action), -1)[:, 0].tolist() for name in FIELDS]
+    columns = [np.ravel(getattr(steps, name)).tolist() for name in FIELDS]
     return list(zip(*columns, strict=True))
 
 
