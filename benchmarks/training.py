@@ -4,8 +4,8 @@
     python benchmarks/training.py phi_3-5x5 --seeds 1 --json training.json
     python benchmarks/training.py phi_1-static --peer  # and stable-baselines3's DQN, same wrapper, same network
 
-Rewards are the thesis' (equation 4.3) with its recorded automata, gamma is 0.99, motion noise 0.4. A policy is judged on
-the known model every few seconds; the clock stands still meanwhile. `seconds` is wall time, `cpu` processor time.
+Rewards are the thesis' (equation 4.3) with its recorded automata, gamma is 0.99, motion noise 0.4. The policy is judged
+on the known model every now and then; the clock stands still meanwhile. `seconds` is wall time, `cpu` processor time.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def measure(name: str, seed: int) -> Measurement:
     def callback(progress: Progress) -> None:
         result.clock.pause()
         if not judges:
-            judges.append(ExactJudge(mdp, progress.agent, initial_label="skip"))
+            judges.append(ExactJudge(mdp, progress.agent.tables, initial_label="skip"))
             result.optimum = judges[0].optimum
         result.judge(judges[0].regret(greedy_policy(progress.agent)).relative, progress.row.steps)
         result.clock.start()
@@ -140,8 +140,8 @@ def measure(name: str, seed: int) -> Measurement:
 def measure_peer(name: str, seed: int, cap: float) -> Measurement:
     """Train stable-baselines3's DQN for at most `cap` seconds, or until it is below the first threshold.
 
-    The same wrapper, hidden layers, reward scale, batches, exploration, learning rate and number of environments; the
-    automaton state is an indicator vector in the input. It has no counterfactual replay and no double estimator.
+    The same wrapper, hidden layers, reward scale, batches, exploration, first learning rate and number of environments;
+    the automaton state is an indicator vector in the input. It has no counterfactual replay and no double estimator.
     """
     import gymnasium as gym
     from stable_baselines3 import DQN
@@ -161,13 +161,13 @@ def measure_peer(name: str, seed: int, cap: float) -> Measurement:
     env = DummyVecEnv([make] * NUM_ENVS)
     agent = DQN(
         "MlpPolicy", env, policy_kwargs={"net_arch": list(config.hidden)}, gamma=0.99, seed=seed,
-        learning_rate=lambda left: config.final_learning_rate + left * (config.learning_rate - config.final_learning_rate),
+        learning_rate=config.learning_rate,
         buffer_size=config.buffer_size, learning_starts=config.learning_starts, batch_size=config.batch_size,
         tau=config.tau, target_update_interval=1, train_freq=1, gradient_steps=1,
         exploration_initial_eps=config.epsilon_start, exploration_final_eps=config.epsilon_final,
         exploration_fraction=0.02, device="cpu",
     )  # fmt: skip
-    judge, shown = peer_judge(case, task, config)
+    judge, shown = peer_judge(case, task)
     result.optimum = judge.optimum
 
     class Watch(BaseCallback):
@@ -187,17 +187,12 @@ def measure_peer(name: str, seed: int, cap: float) -> Measurement:
     return result
 
 
-def peer_judge(case: Case, task: Task, config: DQNConfig) -> tuple[ExactJudge, npt.NDArray[np.float32]]:
+def peer_judge(case: Case, task: Task) -> tuple[ExactJudge, npt.NDArray[np.float32]]:
     """The judge, and the flat observations of all pairs (cell, automaton state) in its order."""
-    from gymnasium import spaces
-
-    from ltlc.agents import DoubleDQN
-
     mdp = model_of(case)
-    stand_in = DoubleDQN(spaces.Discrete(mdp.n_states), mdp.n_actions, task.tables, config)
     cells, states = np.eye(mdp.n_states, dtype=np.float32), np.eye(task.tables.n_states, dtype=np.float32)
     pairs = [np.repeat(cells, len(states), axis=0), np.tile(states, (len(cells), 1))]
-    return ExactJudge(mdp, stand_in, initial_label="skip"), np.concatenate(pairs, axis=1)
+    return ExactJudge(mdp, task.tables, initial_label="skip"), np.concatenate(pairs, axis=1)
 
 
 def line(result: Measurement) -> str:
