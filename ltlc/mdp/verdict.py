@@ -23,7 +23,7 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import MaxSatisfaction, max_satisfaction_probability, satisfaction_probability
-from ltlc.mdp.unfolding import InitialLabel
+from ltlc.mdp.unfolding import InitialLabel, input_probability
 
 
 class RefinedColumns(RewardColumns, Protocol):
@@ -132,6 +132,13 @@ class Judge:
         reached = np.zeros((product.mdp.n_states, len(np.asarray(product.tables.next_state))), dtype=np.bool_)
         reached[product.mdp_state, product.machine_state] = True
         return reached
+
+    @property
+    def letter_classes(self) -> IntArray:
+        """The letter classes of the tables that can occur in the environment, ascending."""
+        tables = self.rewards.tables
+        inputs = input_probability(self.rewards.mdp, tuple(tables.aps), np.asarray(tables.letter_class))
+        return np.unique(inputs.indices)
 
 
 def refined_automaton(automaton: RabinAutomaton, tables: RefinedColumns) -> RabinAutomaton:
