@@ -23,7 +23,15 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
 
-INK, FAINT, PAPER, RULE, WALL, ARROW, NEVER = "#2b2a28", "#8d8982", "#ffffff", "#dedad2", "#56545a", "#1f4e79", "#f1efea"
+INK, FAINT, PAPER, RULE, WALL, ARROW, NEVER = (
+    "#2b2a28",
+    "#8d8982",
+    "#ffffff",
+    "#dedad2",
+    "#56545a",
+    "#1f4e79",
+    "#f1efea",
+)
 TINTS = ("#f2c57c", "#9fc7a5", "#e59a8c", "#a9b8de", "#d6a9d0", "#8fc7cf", "#cfcf8a", "#c9b199")
 LINES = ("#1f5a94", "#c8553d", "#4f8a4c", "#8a5aa8")
 _LAKE = {"H": TINTS[3], "G": TINTS[1]}
@@ -211,7 +219,9 @@ def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: f
             continue
         marked = character in tint
         if marked:
-            axes.text(column + 0.09, row + 0.29, character, fontsize=size * 17, color=INK, va="center", fontweight="bold")
+            axes.text(
+                column + 0.09, row + 0.29, character, fontsize=size * 17, color=INK, va="center", fontweight="bold"
+            )
         if not seen[cell] or cell in board.final:
             continue
         dx, dy = _DIRECTIONS[board.actions[int(actions[cell])]]
@@ -234,7 +244,9 @@ def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: f
         axes.add_patch(arrow)
     row, column = divmod(board.start, columns)
     axes.add_patch(
-        Rectangle((column + 0.06, row + 0.06), 0.88, 0.88, fill=False, edgecolor=LINES[1], linewidth=size * 4.5, zorder=2)
+        Rectangle(
+            (column + 0.06, row + 0.06), 0.88, 0.88, fill=False, edgecolor=LINES[1], linewidth=size * 4.5, zorder=2
+        )
     )
     axes.add_patch(Rectangle((0, 0), columns, rows, fill=False, edgecolor=FAINT, linewidth=0.8, zorder=4))
 
@@ -244,7 +256,10 @@ def _legend(figure: Figure, board: Board, left: float, size: tuple[float, float]
     from matplotlib.patches import Patch
 
     entries: list[tuple[Any, str]] = [
-        (Patch(facecolor=colour, edgecolor=RULE), meaning if meaning.startswith(character) else f"{character}: {meaning}")
+        (
+            Patch(facecolor=colour, edgecolor=RULE),
+            meaning if meaning.startswith(character) else f"{character}: {meaning}",
+        )
         for character, colour in tints(board).items()
         for meaning in [board.meaning.get(character, character)]
     ]

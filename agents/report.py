@@ -12,7 +12,8 @@ import numpy.typing as npt
 from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.setting import Setting
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp import Estimate, LabelledMDP
+from ltlc.mdp import LabelledMDP
+from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.verdict import Judge, PolicyVerdict
 from ltlc.task import Task
 
@@ -48,7 +49,7 @@ class Report:
     @property
     def regret(self) -> float | None:
         """Loss in discounted return as a part of the optimum, where it is known."""
-        if self.verdict is None or self.judge is None:
+        if self.verdict is None or self.judge is None or self.judge.value is None:
             return None
         return (self.judge.value - self.verdict.discounted_return) / (abs(self.judge.value) or 1.0)
 
@@ -65,7 +66,7 @@ class Report:
         if self.verdict is not None and self.judge is not None:
             maximum = self.judge.maximum
             values["learned"] = verdict_values(self.verdict)
-            values["optimal"] = verdict_values(self.judge.optimum)
+            values["optimal"] = None if self.judge.optimum is None else verdict_values(self.judge.optimum)
             values["maximum_satisfaction"] = [maximum.lower, maximum.probability, maximum.upper]
             values["regret"] = _plain(self.regret)
         if self.rollouts is not None:
@@ -87,11 +88,7 @@ def report(
 
 
 def make_judge(setting: Setting, task: Task) -> Judge | None:
-    """The judge of a task in an environment, or None where its dynamics are not known.
-
-    Raises:
-        InvalidArgumentError: the rewards have no finite optimum.
-    """
+    """The judge of a task in an environment, or None where its dynamics are not known."""
     if setting.model is None:
         return None
     return Judge(setting.model, task.automaton, task.tables, initial_label=setting.initial_label)

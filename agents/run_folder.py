@@ -1,14 +1,14 @@
 """A run folder: what was to be learned, how far it has come, what came out, and pictures.
 
-    config.json       the task, the environment and the hyperparameters
-    dra.json          the automaton
-    metrics.csv       a row every `log_every` steps
-    checkpoint.ltlc   to go on from
-    policy.ltlc       what has been learned
-    result.json       the verdict
-    policy.png        the policy on the map, one panel per automaton state (environments with a map)
-    curve.png         return and violations over the steps
-    dra.svg           the automaton (where Graphviz is installed)
+config.json       the task, the environment and the hyperparameters
+dra.json          the automaton
+metrics.csv       a row every `log_every` steps
+checkpoint.ltlc   to go on from
+policy.ltlc       what has been learned
+result.json       the verdict
+policy.png        the policy on the map, one panel per automaton state (environments with a map)
+curve.png         return and violations over the steps
+dra.svg           the automaton (where Graphviz is installed)
 """
 
 from __future__ import annotations

@@ -187,7 +187,11 @@ def _imported(place: str, purpose: str) -> ModuleType:
         finally:
             sys.path.pop(0)
     except (FileNotFoundError, ModuleNotFoundError) as error:
-        if isinstance(error, ModuleNotFoundError) and error.name != place.split(".")[0] and error.name != place:
+        if (
+            isinstance(error, ModuleNotFoundError)
+            and error.name != place.split(".", maxsplit=1)[0]
+            and error.name != place
+        ):
             raise InvalidArgumentError(f"{purpose}: importing {place} fails ({error})") from error
         raise InvalidArgumentError(
             f"{purpose}: there is no module {place} here in {os.getcwd()}, nor installed"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.errors import InvalidArgumentError
 from ltlc.mdp.explicit import IntArray
 from ltlc.mdp.measures import (
     acceptances_per_1000_steps,
@@ -24,6 +26,7 @@ from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import MaxSatisfaction, max_satisfaction_probability, satisfaction_probability
 from ltlc.mdp.unfolding import InitialLabel, input_probability
+from ltlc.mdp.value_iteration import Solution
 
 
 class RefinedColumns(RewardColumns, Protocol):
@@ -73,13 +76,9 @@ class Judge:
     Attributes:
         rewards: the product with the reward tables: what an agent experiences.
         words: the product with the automaton: what decides satisfaction.
-        maximum: the maximum satisfaction probability, with bounds.
-        optimum: what the policy does that is optimal for the rewards.
-        optimal_policy: that policy.
 
     Raises:
         UnknownNameError: the automaton has a proposition that the environment does not label.
-        InvalidArgumentError: the return has no finite optimum.
     """
 
     def __init__(
@@ -92,11 +91,37 @@ class Judge:
     ) -> None:
         self.rewards = RewardProduct(mdp, tables, initial_label=initial_label)
         self.words = Product(mdp, refined_automaton(automaton, tables), initial_label=initial_label)
-        self.maximum: MaxSatisfaction = max_satisfaction_probability(self.words)
-        solution = optimal_return(self.rewards)
-        self.value = from_start(self.rewards.initial, solution.value)
-        self.optimal_policy = _on_pairs(self.rewards, solution.policy)
-        self.optimum = self.judge(self.optimal_policy)
+
+    @cached_property
+    def maximum(self) -> MaxSatisfaction:
+        """The maximum satisfaction probability, with bounds."""
+        return max_satisfaction_probability(self.words)
+
+    @cached_property
+    def value(self) -> float | None:
+        """The largest expected return, discounted as the scheme says; None where it has no finite value."""
+        return None if self._solution is None else from_start(self.rewards.initial, self._solution.value)
+
+    @cached_property
+    def optimal_policy(self) -> IntArray | None:
+        """A policy that attains `value`; 0 where nothing is to be decided."""
+        if self._solution is None:
+            return None
+        pairs = np.zeros(self.reached.shape, dtype=np.int64)
+        pairs[self.rewards.mdp_state, self.rewards.machine_state] = self._solution.policy
+        return pairs
+
+    @cached_property
+    def optimum(self) -> PolicyVerdict | None:
+        """The verdict on `optimal_policy`."""
+        return None if self.optimal_policy is None else self.judge(self.optimal_policy)
+
+    @cached_property
+    def _solution(self) -> Solution | None:
+        try:
+            return optimal_return(self.rewards)
+        except InvalidArgumentError:  # undiscounted pay for ever
+            return None
 
     def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
         """The verdict on a policy.
@@ -120,8 +145,10 @@ class Judge:
             acceptances_per_1000_steps=acceptances_per_1000_steps(rewards, lifted),
         )
 
-    def regret(self, policy: npt.ArrayLike) -> float:
-        """What a policy loses in discounted return, as a part of the optimum; 0 is optimal."""
+    def regret(self, policy: npt.ArrayLike) -> float | None:
+        """What a policy loses in discounted return, as a part of the optimum; 0 is optimal, None: there is none."""
+        if self.value is None:
+            return None
         value = expected_return(self.rewards, self.rewards.lift(policy))
         return (self.value - value) / (abs(self.value) or 1.0)
 
@@ -167,10 +194,3 @@ def refined_automaton(automaton: RabinAutomaton, tables: RefinedColumns) -> Rabi
         acceptance="transition",
         state_names=None,
     )
-
-
-def _on_pairs(product: RewardProduct, policy: IntArray) -> IntArray:
-    """A policy on product states as one on pairs; action 0 where a pair is not reachable or offers no choice."""
-    pairs = np.zeros((product.mdp.n_states, len(np.asarray(product.tables.next_state))), dtype=np.int64)
-    pairs[product.mdp_state, product.machine_state] = policy
-    return pairs
