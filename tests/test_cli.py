@@ -259,6 +259,9 @@ class TestCheck:
         assert "G !C" in out
         assert "F G T" not in out
 
+    def test_a_formula_that_could_be_a_file(self) -> None:
+        assert run(["check", " & ".join(["F a.b"] * 100), "--word", "cycle{a.b}"]) == 0
+
     def test_several_words(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["check", "F a", "-w", "cycle{a}", "-w", "cycle{!a}"]) == 1
         assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == ["accepted", "rejected"]

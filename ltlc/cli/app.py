@@ -79,6 +79,6 @@ def run(arguments: Sequence[str]) -> int:
 
 def _usage(error: typer.TyperException) -> int:
     context = getattr(error, "ctx", None)
-    message = error.format_message().replace("Value error, ", "")
+    message = error.format_message().replace("Value error, ", "")  # what typer 0.29 quotes from pydantic
     path = context.command_path if context else "ltlc"
     return complain(f"{message} (See: {path} --help)")

@@ -45,12 +45,13 @@ def check(
     subject = parse(given) if isinstance(given, str) else given
     known = propositions(subject) if isinstance(subject, Formula) else subject.aps
     verdicts = []
-    for text in word:
-        lasso = parse_word(sys.stdin.read() if text == "-" else text)
+    for argument in word:
+        text = sys.stdin.read() if argument == "-" else argument
+        lasso = parse_word(text)
         strange = sorted({name for letter in lasso.letters for name in letter} - set(known))
         if strange:
             complain(f"warning: nothing in {source} depends on {', '.join(strange)}")
-        verdicts.append((str(lasso), *_judge(subject, lasso, known)))
+        verdicts.append((" ".join(text.split()), *_judge(subject, lasso, known)))
     if json_:
         entries = [dict(zip(("word", "accepted", "violated"), verdict, strict=True)) for verdict in verdicts]
         print(json.dumps(entries, ensure_ascii=False, indent=2))

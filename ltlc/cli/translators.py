@@ -19,10 +19,11 @@ def translators(json_: flags.Json = False) -> None:
         print(json.dumps(entries, ensure_ascii=False, indent=2))
         return
     from rich.console import Console
+    from rich.padding import Padding
     from rich.text import Text
 
     console = Console(highlight=False)
     for name, one in TRANSLATORS.items():
         console.print(Text(name, style="bold"))
-        console.print(Text(f"  {one.description}"))
-        console.print(Text(f"  {one.citation}", style="dim"))
+        console.print(Padding(Text(one.description), (0, 2)))
+        console.print(Padding(Text(one.citation, style="dim"), (0, 2)))
