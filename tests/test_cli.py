@@ -17,6 +17,7 @@ import pytest
 import ltlc
 from ltlc.cli.app import run
 from ltlc.formats import from_hoa, from_json, read_hoa_stream
+from ltlc.rewards import SCHEMES
 from ltlc.translate import TRANSLATORS
 
 ROOT = Path(__file__).parent.parent
@@ -281,16 +282,19 @@ class TestCheck:
             assert capsys.readouterr().err == f"ltlc: warning: nothing in {source} depends on b\n"
 
 
-def test_translators(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["translators"]) == 0
-    listing = capsys.readouterr().out
-    assert run(["translators", "--json"]) == 0
+@pytest.mark.parametrize(
+    ("command", "registry", "says"), [("translators", TRANSLATORS, "description"), ("rewards", SCHEMES, "guarantee")]
+)
+def test_registries(command: str, registry: dict[str, object], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([command]) == 0
+    listing = capsys.readouterr().out.splitlines()
+    assert run([command, "--json"]) == 0
     entries = json.loads(capsys.readouterr().out)
-    assert [entry["name"] for entry in entries] == list(TRANSLATORS)
+    assert [entry["name"] for entry in entries] == list(registry)
     for entry in entries:
         assert entry["name"] in listing
         assert entry["citation"]
-        assert entry["description"]
+        assert entry[says]
 
 
 class TestProcess:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, show, translators
+from ltlc.cli import check, compile, rewards, show, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__
@@ -24,7 +24,7 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_ltlc)
-    for command in (compile.compile_, show.show, check.check, translators.translators):
+    for command in (compile.compile_, show.show, check.check, translators.translators, rewards.rewards):
         app.command(command.__name__.rstrip("_"))(command)
     return app
 
