@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -320,11 +319,13 @@ class TestProcess:
         child.stderr.close()
 
     def test_interrupted(self, folder: Path) -> None:
-        child = process("compile", "-F", "-", "-o", "all.hoa", stdin=subprocess.PIPE)
+        child = process("compile", "-F", "-", "-o", "-", "-o", "all.hoa", stdin=subprocess.PIPE)
         assert child.stdin is not None
+        assert child.stdout is not None
         child.stdin.write("F a\n")
         child.stdin.flush()
-        time.sleep(1.5)  # it now waits for the next line
+        while child.stdout.readline() != "--END--\n":
+            pass  # then it waits for the next line
         child.send_signal(signal.SIGINT)
         _, error = child.communicate(timeout=60)
         assert child.returncode == 130
