@@ -45,6 +45,20 @@ def process(*arguments: str, **options: object) -> subprocess.Popen[str]:
     return subprocess.Popen(command, env=environment, text=True, **pipes)  # type: ignore[call-overload]
 
 
+def ask(child: subprocess.Popen[str], formula: str) -> str:
+    """Give a batch one more line, and take the automaton that comes out."""
+    assert child.stdin is not None
+    assert child.stdout is not None
+    child.stdin.write(f"{formula}\n")
+    child.stdin.flush()
+    text = ""
+    for line in iter(child.stdout.readline, ""):
+        text += line
+        if line == "--END--\n":
+            break
+    return text
+
+
 def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([]) == 0
     listing = capsys.readouterr().out
@@ -201,13 +215,8 @@ class TestBatch:
 
     def test_each_result_comes_before_the_next_line_is_read(self) -> None:
         child = process("compile", "-F", "-", stdin=subprocess.PIPE)
-        assert child.stdin is not None
-        assert child.stdout is not None
         for formula in ("F a", "G b"):
-            child.stdin.write(f"{formula}\n")
-            child.stdin.flush()
-            text = "".join(iter(child.stdout.readline, "--END--\n"))
-            assert f'name: "{formula}"' in text
+            assert f'name: "{formula}"' in ask(child, formula)
         child.communicate()
         assert child.returncode == 0
 
@@ -320,12 +329,7 @@ class TestProcess:
 
     def test_interrupted(self, folder: Path) -> None:
         child = process("compile", "-F", "-", "-o", "-", "-o", "all.hoa", stdin=subprocess.PIPE)
-        assert child.stdin is not None
-        assert child.stdout is not None
-        child.stdin.write("F a\n")
-        child.stdin.flush()
-        while child.stdout.readline() != "--END--\n":
-            pass  # then it waits for the next line
+        assert ask(child, "F a").endswith("--END--\n")  # and then it waits for the next line
         child.send_signal(signal.SIGINT)
         _, error = child.communicate(timeout=60)
         assert child.returncode == 130
