@@ -65,12 +65,14 @@ def _facts(dra: DRA) -> Table:
     from rich.table import Table
     from rich.text import Text
 
+    from ltlc.ltl import Proposition
+
     def listed(states: tuple[int, ...], meaning: str) -> str:
         return f"{' '.join(map(str, states))}  ({meaning})" if states else "none"
 
     facts = {
         "automaton": f"deterministic Rabin, {dra.size}",
-        "propositions": " ".join(dra.aps) or "none",
+        "propositions": " ".join(str(Proposition(name)) for name in dra.aps) or "none",
         "letters": f"{2 ** len(dra.aps)}, of which it tells {dra.n_classes} apart",
         "class": _hierarchy_class(dra) or "unknown",
         "translator": dra.translator or "unknown",
