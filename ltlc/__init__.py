@@ -20,16 +20,21 @@ from ltlc.version import __version__
 
 if TYPE_CHECKING:
     from ltlc.compiler import DRA, compile, load
+    from ltlc.envs import LTLVectorWrapper, LTLWrapper
     from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
     from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
+    from ltlc.task import Task
 
 __all__ = [
     "DRA",
     "Formula",
+    "LTLVectorWrapper",
+    "LTLWrapper",
     "LassoWord",
     "LimitExceeded",
     "LtlSyntaxError",
     "LtlcError",
+    "Task",
     "__version__",
     "compile",
     "load",
@@ -41,10 +46,13 @@ __all__ = [
 _HOME = {
     "DRA": "ltlc.compiler",
     "Formula": "ltlc.ltl",
+    "LTLVectorWrapper": "ltlc.envs",
+    "LTLWrapper": "ltlc.envs",
     "LassoWord": "ltlc.ltl",
     "LimitExceeded": "ltlc.errors",
     "LtlSyntaxError": "ltlc.errors",
     "LtlcError": "ltlc.errors",
+    "Task": "ltlc.task",
     "compile": "ltlc.compiler",
     "load": "ltlc.compiler",
     "parse": "ltlc.ltl",

@@ -13,8 +13,8 @@ def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> Path:
 
     The data goes to a temporary file in the same folder, which then replaces `path`. On any failure the temporary
     file is removed and `path` is as it was. An existing file keeps its permissions, a new one gets those the umask
-    grants; a symbolic link stays a link, and the file it points to is replaced. Text is written as UTF-8 with
-    `\\n` line ends on every system.
+    grants; a symbolic link stays a link, and the file it points to is replaced. Text is written as UTF-8, its line
+    ends as they are.
 
     Returns:
         The path that was written.

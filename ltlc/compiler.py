@@ -10,7 +10,7 @@ from typing import Self
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
-from ltlc.errors import MissingProgramError
+from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.picture import draw
 from ltlc.ltl import Formula, parse
 from ltlc.translate import translate
@@ -115,6 +115,10 @@ def compile(
         >>> dra.accepts(prefix=[[], ["goal"]], cycle=[[]])
         True
     """
+    if max_states < 1:
+        raise InvalidArgumentError(f"max_states is {max_states}; at least 1 state is needed")
+    if timeout is not None and not timeout > 0:
+        raise InvalidArgumentError(f"timeout is {timeout:g}; it must be a positive number of seconds, or None")
     formula = parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
     automaton = translate(formula, translator=translator, acceptance=acceptance, max_states=max_states, timeout=timeout)
     return DRA.of(automaton)

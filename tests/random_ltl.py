@@ -32,12 +32,17 @@ SUGAR = (Implies, Iff, Xor)
 
 
 def random_formula(
-    rng: random.Random, size: int, names: Sequence[str] = ("a", "b", "c"), *, sugar: bool = True, constants: float = 0.05
+    rng: random.Random,
+    size: int,
+    names: Sequence[str] = ("a", "b", "c"),
+    *,
+    sugar: bool = True,
+    constants: float = 0.05,
 ) -> Formula:
     """A formula of about `size` nodes; `sugar` allows -> <-> xor, `constants` is how many leaves are true or false."""
     if size <= 1:
         return rng.choice((TRUE, FALSE)) if rng.random() < constants else Proposition(rng.choice(names))
-    if size == 2 or rng.random() < 0.4:  # noqa: PLR2004
+    if size == 2 or rng.random() < 0.4:
         return rng.choice(UNARY)(random_formula(rng, size - 1, names, sugar=sugar, constants=constants))
     left = rng.randrange(1, size - 1)
     operator = rng.choice(BINARY + SUGAR if sugar else BINARY)
@@ -51,6 +56,6 @@ def random_word(rng: random.Random, names: Sequence[str] = ("a", "b", "c"), long
     """A word with prefix and cycle of at most `longest` letters each."""
 
     def letters(least: int) -> list[list[str]]:
-        return [[name for name in names if rng.random() < 0.5] for _ in range(rng.randint(least, longest))]  # noqa: PLR2004
+        return [[name for name in names if rng.random() < 0.5] for _ in range(rng.randint(least, longest))]
 
     return LassoWord(letters(0), letters(1))

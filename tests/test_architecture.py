@@ -32,7 +32,7 @@ FLOORS = {
     "formats": 3,
     "rewards": 3,
     "mdp": 3,
-    "compiler": 4,
+    "compiler": 4,  # with task.py
     "envs": 5,
     "agents": 6,
     "cli": 7,
@@ -57,6 +57,9 @@ THIRD_PARTY = {
     "__init__": set(),
     "__main__": set(),
 }
+
+# A value and its text need each other: these imports happen inside a function, late.
+MUTUAL = {("ltlc.ltl.formula", "ltlc.ltl.printer")}
 
 HEAVY = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "typer", "rich"]
 
@@ -119,7 +122,8 @@ def targets(node: ast.AST, package: str) -> Iterator[str]:
 
 def part(module: str) -> str:
     """`ltlc.automata.rabin` is in part `automata`."""
-    return "__init__" if module == "ltlc" else module.split(".")[1]
+    name = "__init__" if module == "ltlc" else module.split(".")[1]
+    return "compiler" if name == "task" else name  # two files, one part
 
 
 def test_every_part_has_a_floor() -> None:
@@ -165,7 +169,8 @@ def test_third_party_stays_on_its_floor() -> None:
 def test_modules_of_a_part_form_no_cycle() -> None:
     graph: dict[str, set[str]] = {}
     for entry in imports():
-        if entry.runs and entry.imported in sources() and part(entry.imported) == part(entry.importer):
+        inside = entry.imported in sources() and part(entry.imported) == part(entry.importer)
+        if entry.runs and inside and (entry.importer, entry.imported) not in MUTUAL:
             graph.setdefault(entry.importer, set()).add(entry.imported)
     try:
         graphlib.TopologicalSorter(graph).prepare()

@@ -78,7 +78,7 @@ class Alphabet:
     @cached_property
     def first_letter(self) -> IntArray:
         """Shape (n_classes,), int32; the smallest letter of each class."""
-        return np.unique(self.letter_class, return_index=True)[1].astype(np.int32)
+        return first_positions(self.letter_class)
 
     def guard(self, classes: Iterable[int]) -> Guard:
         """A short formula that is true of exactly the letters of these classes."""
@@ -102,7 +102,12 @@ def guard_text(source: HasLetters, classes: Iterable[int]) -> str:
     alphabet = source if isinstance(source, Alphabet) else getattr(source, "alphabet", None)
     if not isinstance(alphabet, Alphabet):
         alphabet = Alphabet(source.aps, source.letter_class)
-    return alphabet.guard(classes).text([str(Proposition(name)) for name in alphabet.aps])
+    return alphabet.guard(classes).text([quoted(name) for name in alphabet.aps])
+
+
+def quoted(name: str) -> str:
+    """The name of a proposition as LTL syntax reads it back, in double quotes if need be."""
+    return str(Proposition(name))
 
 
 def proposition_column(index: int, n_aps: int) -> BoolArray:
@@ -120,16 +125,32 @@ def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_aps: int) -> tu
     Returns:
         `letter_class`, shape (2**n_aps,), and the first letter of each class, shape (n_classes,); both int32.
     """
-    key = np.zeros(1 << n_aps, dtype=np.int64)
-    first = np.zeros(1, dtype=np.int64)
+    key = np.zeros(1 << n_aps, dtype=np.int32)
     for column in columns:
-        values, inverse = np.unique(column, return_inverse=True)
-        if len(values) > 1:
-            _, first, key = np.unique(key * len(values) + inverse, return_index=True, return_inverse=True)
+        code = _dense(np.asarray(column))
+        key = _dense(key.astype(np.int64) * (int(code.max()) + 1) + code)
+    first = first_positions(key)
     order = np.argsort(first)
-    rank = np.empty_like(order)
+    rank = np.empty_like(key, shape=len(order))
     rank[order] = np.arange(len(order))
-    return rank[key].astype(np.int32), first[order].astype(np.int32)
+    return rank[key], first[order]
+
+
+def first_positions(codes: IntArray) -> IntArray:
+    """The first position of each of the codes 0..m, all of which occur; shape (m + 1,), int32."""
+    first = np.empty(int(codes.max()) + 1, dtype=np.int32)
+    first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1, dtype=np.int32)  # the last assignment stays
+    return first
+
+
+def _dense(column: npt.NDArray[np.generic]) -> IntArray:
+    """The values of a column as codes 0..m in their order; without sorting where they are small."""
+    if column.dtype.kind in "bui" and int(column.min()) >= 0 and int(column.max()) <= 4 * len(column):
+        present = np.bincount(column) > 0
+        codes: IntArray = (np.cumsum(present, dtype=np.int32) - 1)[column.astype(np.int64)]
+        return codes
+    inverse: IntArray = np.unique(column, return_inverse=True)[1].astype(np.int32)
+    return inverse
 
 
 def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:

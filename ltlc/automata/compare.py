@@ -14,19 +14,8 @@ import numpy.typing as npt
 
 from ltlc import graph
 from ltlc.automata.alphabet import Alphabet, BoolArray, IntArray, letter_classes
-from ltlc.automata.emptiness import (
-    All,
-    Condition,
-    Edge,
-    Fin,
-    Inf,
-    MarkedGraph,
-    Some,
-    accepting_nodes,
-    accepting_walk,
-    streett,
-)
-from ltlc.automata.partition import number_blocks, refine
+from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_nodes, accepting_walk, exactly_one, only_first
+from ltlc.automata.partition import number_blocks, pairs_within, refine
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
@@ -61,12 +50,12 @@ def is_empty(a: RabinAutomaton) -> bool:
 
 def included(a: RabinAutomaton, b: RabinAutomaton) -> bool:
     """Whether every word that a accepts is accepted by b; a proposition that only one of them knows is free."""
-    return accepting_walk(_product(a, b).edges, _only_first(a.n_pairs, b.n_pairs), 0) is None
+    return accepting_walk(_product(a, b).edges, only_first(a.n_pairs, b.n_pairs), 0) is None
 
 
 def equivalent(a: RabinAutomaton, b: RabinAutomaton) -> bool:
     """Whether the automata accept the same words; a proposition that only one of them knows is free."""
-    return accepting_walk(_product(a, b).edges, _exactly_one(a.n_pairs, b.n_pairs), 0) is None
+    return accepting_walk(_product(a, b).edges, exactly_one(a.n_pairs, b.n_pairs), 0) is None
 
 
 def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
@@ -84,7 +73,7 @@ def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[
     The propositions are those that matter to one of the automata, in the order of a and then b.
     """
     product = _product(a, b)
-    walk = accepting_walk(product.edges, _exactly_one(a.n_pairs, b.n_pairs), 0)
+    walk = accepting_walk(product.edges, exactly_one(a.n_pairs, b.n_pairs), 0)
     return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
@@ -105,7 +94,7 @@ def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArr
     delta = bisimilar[a.delta[first]]
     marks = [a.edge_marks[q] for q in first.tolist()]
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
-    left, right = _pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
     node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
 
     shift = 2 * a.n_pairs
@@ -121,28 +110,13 @@ def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArr
         else:
             told_apart.add(len(edges))
             edges.append([])
-    told_apart |= accepting_nodes(edges, _exactly_one(a.n_pairs, a.n_pairs))
+    told_apart |= accepting_nodes(edges, exactly_one(a.n_pairs, a.n_pairs))
     different = np.zeros(len(left), dtype=np.bool_)
     different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
 
     smallest = np.arange(len(first))
     np.minimum.at(smallest, left[~different], right[~different])
     return number_blocks(smallest[bisimilar].tolist())
-
-
-def _pairs_within(block: IntArray, limit: int | None) -> tuple[IntArray, IntArray]:
-    """All ordered pairs of different states of one block, small blocks first, whole blocks up to a limit of pairs."""
-    sizes = np.bincount(block).astype(np.int64)
-    by_size = np.argsort(sizes, kind="stable")
-    pairs = np.cumsum((sizes * (sizes - 1))[by_size])
-    chosen = by_size if limit is None else by_size[pairs <= limit]
-    found = [np.zeros((2, 0), dtype=np.int32)]
-    for b in chosen[sizes[chosen] > 1].tolist():
-        members = np.flatnonzero(block == b).astype(np.int32)
-        left, right = np.repeat(members, len(members)), np.tile(members, len(members))
-        found.append(np.array([left[left != right], right[left != right]]))
-    left, right = np.concatenate(found, axis=1)
-    return left, right
 
 
 def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
@@ -155,7 +129,7 @@ def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs:
     seen = np.array(marks, dtype=np.int64).T
     rows = np.arange(n_classes)[:, None]
     verdicts = [_accepted_for_ever(target, seen, n_pairs)]
-    for step in range(1, min(n_classes, 8)):
+    for step in range(1, min(n_classes, 8) if n_states * n_classes < 100_000 else 1):
         other = (rows + step) % n_classes
         verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
     return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
@@ -170,25 +144,6 @@ def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64
     pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
     accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
     return accepted
-
-
-def _only_first(n_first: int, n_second: int) -> Condition:
-    """The first automaton accepts and the second does not; one Rabin pair at a time keeps the search polynomial."""
-    rejected = streett(n_second, 2 * n_first)
-    return Some(tuple(All((Fin(2 * i), Inf(2 * i + 1), rejected)) for i in range(n_first)))
-
-
-def _exactly_one(n_first: int, n_second: int) -> Condition:
-    offset = 2 * n_first
-    rejected = streett(n_first)
-    pairs = range(offset, offset + 2 * n_second, 2)
-    only_second = Some(tuple(All((Fin(mark), Inf(mark + 1), rejected)) for mark in pairs))
-    only_first = _only_first(n_first, n_second)
-    return Some((*_parts(only_first), *_parts(only_second)))
-
-
-def _parts(condition: Condition) -> tuple[Condition, ...]:
-    return condition.parts if isinstance(condition, Some) else (condition,)
 
 
 def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:

@@ -65,6 +65,24 @@ def streett(n_pairs: int, offset: int = 0) -> Condition:
     return negation(rabin(n_pairs, offset))
 
 
+def only_first(n_first: int, n_second: int) -> Some:
+    """The first automaton accepts and the second does not, whose marks come after those of the first.
+
+    Written with one Rabin pair at a time, which keeps the search polynomial.
+    """
+    return _rabin_and(n_first, 0, streett(n_second, 2 * n_first))
+
+
+def exactly_one(n_first: int, n_second: int) -> Some:
+    """One of two automata accepts and the other does not; marks as in `only_first`."""
+    only_second = _rabin_and(n_second, 2 * n_first, streett(n_first))
+    return Some((*only_first(n_first, n_second).parts, *only_second.parts))
+
+
+def _rabin_and(n_pairs: int, offset: int, other: Condition) -> Some:
+    return Some(tuple(All((Fin(mark), Inf(mark + 1), other)) for mark in range(offset, offset + 2 * n_pairs, 2)))
+
+
 def negation(condition: Condition) -> Condition:
     """The condition that holds exactly where this one does not."""
     match condition:

@@ -37,3 +37,18 @@ def refine(delta: IntArray, block: IntArray) -> IntArray:
         if int(block.max()) + 1 == n_blocks:
             return block
         n_blocks = int(block.max()) + 1
+
+
+def pairs_within(block: IntArray, limit: int | None = None) -> tuple[IntArray, IntArray]:
+    """All ordered pairs of different states of one block, small blocks first, whole blocks up to a limit of pairs."""
+    sizes = np.bincount(block).astype(np.int64)
+    by_size = np.argsort(sizes, kind="stable")
+    pairs = np.cumsum((sizes * (sizes - 1))[by_size])
+    chosen = by_size if limit is None else by_size[pairs <= limit]
+    found = [np.zeros((2, 0), dtype=np.int32)]
+    for b in chosen[sizes[chosen] > 1].tolist():
+        members = np.flatnonzero(block == b).astype(np.int32)
+        left, right = np.repeat(members, len(members)), np.tile(members, len(members))
+        found.append(np.array([left[left != right], right[left != right]]))
+    left, right = np.concatenate(found, axis=1)
+    return left, right

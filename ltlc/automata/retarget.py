@@ -11,7 +11,7 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import distinguishing_letters, equivalent_states
-from ltlc.automata.partition import IntArray, number_blocks
+from ltlc.automata.partition import IntArray, number_blocks, pairs_within
 from ltlc.automata.rabin import RabinAutomaton
 
 EFFORT = 200_000
@@ -29,9 +29,11 @@ def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAuto
 
     Args:
         automaton: any Rabin automaton.
-        effort: number of product edges after which no more is tried.
+        effort: number of product edges after which no more is tried; 0 tries nothing.
     """
     current = canonical(automaton)
+    if effort <= 0:
+        return current
     language = equivalent_states(current, effort)
     words: list[_Word] = []
     merged = True
@@ -112,8 +114,7 @@ def _accepts_redirected(automaton: RabinAutomaton, old: int, new: int, word: _Wo
 
 def _candidates(automaton: RabinAutomaton, language: IntArray) -> list[tuple[int, int]]:
     """Pairs (to be replaced, replacement) of states with the same language, the most similar rows first."""
-    old, new = np.nonzero(language[:, None] == language[None, :])
-    old, new = old[old != new], new[old != new]
+    old, new = pairs_within(language)
     marks = number_blocks(mark for row in automaton.edge_marks for mark in row).reshape(automaton.delta.shape)
     differences = (automaton.delta[old] != automaton.delta[new]) | (marks[old] != marks[new])
     order = np.lexsort((new, -old, differences.sum(axis=1)))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ltlc import graph
 from ltlc.automata.canonical import canonical
-from ltlc.automata.emptiness import All, Condition, Edge, Some, accepting_parts, rabin, streett
+from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_one
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.reduce import reduce
@@ -113,7 +113,7 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     for edge in component.edges:
         into[edge[1]].append(edge)
     budget = MAX_EDGES_CHECKED
-    differ = _differ(component.n_pairs)
+    differ = exactly_one(component.n_pairs, component.n_pairs)
     for edges in into.values():
         merged = True
         while merged and budget > 0:
@@ -127,13 +127,8 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     return marks
 
 
-def _differ(n_pairs: int) -> Condition:
-    """Exactly one of two markings of the same edges accepts; the second is shifted by twice the pairs."""
-    first, second = rabin(n_pairs), rabin(n_pairs, 2 * n_pairs)
-    return Some((All((first, streett(n_pairs, 2 * n_pairs))), All((second, streett(n_pairs)))))
-
-
 def _same_acceptance(component: Component, marks: Mapping[Edge, int], differ: Condition) -> bool:
+    """Whether every cycle is accepted with these marks iff it is with the old ones."""
     index = {node: i for i, node in enumerate(component.nodes)}
     rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]
     for (source, target, old), new in marks.items():

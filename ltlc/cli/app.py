@@ -61,8 +61,8 @@ def run(arguments: Sequence[str]) -> int:
         except LtlcError as error:
             return complain(error, code=3 if isinstance(error, LimitExceeded) else 2)
         except OSError as error:
-            where = f"{error.filename}: " if error.filename else ""
-            return complain(f"{where}{error.strerror or error}")
+            where = error.filename2 or error.filename  # the former is the target where a temporary file replaces it
+            return complain(f"{where}: {error.strerror}" if where else error)
         except UnicodeDecodeError as error:
             return complain(f"the input is not UTF-8 text: {error.reason} at byte {error.start}")
         except MemoryError:

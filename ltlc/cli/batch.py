@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from ltlc.cli.messages import complain
+from ltlc.cli.outputs import write_bytes
 from ltlc.cli.summary import as_data
 
 if TYPE_CHECKING:
@@ -49,8 +50,7 @@ def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence
             if as_json:
                 print(json.dumps(as_data(dra), ensure_ascii=False), flush=True)
             elif not files or "-" in targets:
-                sys.stdout.write(dra.to_hoa())
-                sys.stdout.flush()
+                write_bytes(dra.to_hoa().encode("utf-8"))
     for file in files:
         atomic_write(file, "".join(collected))
     return code

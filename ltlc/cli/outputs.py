@@ -42,6 +42,8 @@ def check_targets(targets: Sequence[str]) -> None:
             continue
         if target.suffix.lower() not in suffixes:
             raise InvalidArgumentError(f"{target}: the suffix must be one of {' '.join(suffixes)}")
+        if target.is_dir():
+            raise InvalidArgumentError(f"{target}: this is a folder; give the name of a file in it")
         if not target.absolute().parent.is_dir():
             raise InvalidArgumentError(f"{target}: there is no folder {target.parent}; create it first")
 
@@ -50,11 +52,16 @@ def write_targets(dra: DRA, targets: Sequence[str], form: Format = "hoa") -> Non
     """Write an automaton to every target; `form` is for standard output."""
     for target in targets:
         if target == "-":
-            sys.stdout.flush()
-            sys.stdout.buffer.write(_as_bytes(dra, form))
-            sys.stdout.buffer.flush()
+            write_bytes(_as_bytes(dra, form))
         else:
             dra.save(target)
+
+
+def write_bytes(data: bytes) -> None:
+    """Write to standard output at once: automata are UTF-8 whatever the terminal speaks."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(data)
+    sys.stdout.buffer.flush()
 
 
 def _as_bytes(dra: DRA, form: Format) -> bytes:

@@ -43,7 +43,7 @@ def _hierarchy_class(dra: DRA) -> str | None:
     from ltlc.ltl import classify, parse
 
     try:
-        return str(classify(parse(dra.formula))) if dra.formula else None
+        return classify(parse(dra.formula)).value if dra.formula else None
     except LtlcError:  # the name of an automaton from elsewhere need not be a formula
         return None
 
@@ -83,6 +83,7 @@ def _facts(dra: DRA) -> Table:
         "letters": f"{2 ** len(dra.aps)}, of which it tells {dra.n_classes} apart",
         "class": _hierarchy_class(dra) or "unknown",
         "translator": dra.translator or "unknown",
+        "accepted runs": _condition(dra.n_pairs),
         "deadlocks": listed(dra.deadlocks, "nothing is accepted any more"),
         "accepting sinks": listed(dra.accepting_sinks, "everything is accepted"),
     }
@@ -92,6 +93,14 @@ def _facts(dra: DRA) -> Table:
     for name, value in facts.items():
         table.add_row(name, Text(value))
     return table
+
+
+def _condition(n_pairs: int) -> str:
+    if n_pairs == 0:
+        return "none"
+    which = "0" if n_pairs == 1 else "i"
+    some = "" if n_pairs == 1 else ", for some i"
+    return f"see +{which} infinitely often and −{which} only finitely often{some}"
 
 
 def _states(dra: DRA) -> Table:
@@ -124,5 +133,5 @@ def _states(dra: DRA) -> Table:
 
 
 def _marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
-    """The marks of the pairs as text, B for Fin and G for Inf."""
-    return "".join(f" {letter}{pair}" for letter, pairs in (("B", fin), ("G", inf)) for pair in pairs)
+    """The marks of the pairs as in the picture: + for Inf, − for Fin."""
+    return "".join(f" {sign}{pair}" for sign, pairs in (("+", inf), ("−", fin)) for pair in pairs)

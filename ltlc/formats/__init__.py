@@ -8,4 +8,15 @@ from ltlc.formats.json import from_json, to_json
 from ltlc.formats.mermaid import to_mermaid
 from ltlc.formats.picture import render
 
-__all__ = ["from_hoa", "from_json", "read", "read_hoa_stream", "render", "to_dot", "to_hoa", "to_json", "to_mermaid", "write"]
+__all__ = [
+    "from_hoa",
+    "from_json",
+    "read",
+    "read_hoa_stream",
+    "render",
+    "to_dot",
+    "to_hoa",
+    "to_json",
+    "to_mermaid",
+    "write",
+]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from html import escape
 
-from ltlc.automata.alphabet import quoted
+from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.formats.edges import Edge, arrows, hidden_states, state_marks
 
@@ -91,13 +91,12 @@ class _Drawing:
 
     def _edges(self) -> list[str]:
         """One arrow from a state to another, with a row per set of marks: parallel arrows would hide each other."""
-        names = [quoted(name) for name in self.automaton.aps]
         width = _GUARD_WIDTH if self.n_shown <= _MAX_STATES_SIDEWAYS else _NARROW_GUARD_WIDTH
         result = []
         for (source, target), parallel in arrows(self.automaton, self.hidden).items():
             rows = ""
             for edge in parallel:
-                guard = self.automaton.alphabet.guard(edge.classes).text(names)
+                guard = guard_text(self.automaton, edge.classes)
                 badges = self._badges(edge.fin, edge.inf)
                 rows += f"<TR><TD>{_lines(guard, width)}</TD>{_beside(badges)}</TR>"
             result.append(f"  {source} -> {target} [label={_html(rows)}{self._stroke(target, parallel)}]")
@@ -188,7 +187,7 @@ def _printable(text: str) -> str:
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """The text in lines of about that width, broken before outer operators: at `|`, and at `&` where that is not enough."""
+    """The text in lines of about that width, broken before outer `|`, and before outer `&` where that is not enough."""
     lines: list[str] = []
     for term in _split(text, "|"):
         for part in [term] if len(term) <= width else _split(term, "&"):

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
@@ -161,7 +162,7 @@ def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence
     return letter_class, table
 
 
-def _columns(guards: Sequence[int], n_aps: int) -> Iterator[IntArray]:
+def _columns(guards: Sequence[int], n_aps: int) -> Iterator[npt.NDArray[np.int64]]:
     """The guards as columns over the letters, many in one column as the bits of an integer: that saves sorting."""
     for start in range(0, len(guards), _COLUMNS_AT_ONCE):
         column = np.zeros(1 << n_aps, dtype=np.int64)

@@ -11,22 +11,22 @@ import io
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from typing import TYPE_CHECKING, Any, NoReturn, cast
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from ltlc.automata.rabin import MAX_APS, BoolArray, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError
-from ltlc.formats import hoa_acceptance
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, letters_of, letters_with, tabulate
-from ltlc.formats.hoa_acceptance import Atom, Condition, with_rabin_pairs
+from ltlc.formats.hoa_acceptance import NEVER, Atom, Condition, with_rabin_pairs
+from ltlc.formats.hoa_parser import Document, HeaderItem, HoaSyntaxError, StateItem, parse_automaton, parse_label
 from ltlc.formats.hoa_stream import Piece, pieces
-from ltlc.ltl.formula import FALSE, TRUE, And, Formula, Not, Or, Proposition
+from ltlc.ltl.formula import Formula
 
 if TYPE_CHECKING:
-    from lark import Lark, Token, Tree
-    from lark.exceptions import UnexpectedInput
+    from lark import Token
+
+_ONCE = ("states", "aps", "acceptance", "name")
 
 
 def from_hoa(text: str) -> RabinAutomaton:
@@ -68,13 +68,12 @@ def read_hoa_stream(source: str | Iterable[str]) -> Iterator[RabinAutomaton]:
 
 @dataclass
 class _Header:
-    version: Token | None = None
     states: Token | None = None
     starts: list[Token] = field(default_factory=list)
     aps: list[str] = field(default_factory=list)
     aliases: dict[str, int] = field(default_factory=dict)
     n_sets: int = 0
-    condition: Condition = hoa_acceptance.NEVER
+    condition: Condition = NEVER
     name: str | None = None
     properties: set[str] = field(default_factory=set)
 
@@ -103,39 +102,22 @@ class _Reader:
         self.labels: dict[str, int] = {}
 
     def automaton(self) -> RabinAutomaton:
-        tree = self._parse(self.piece.text, "automaton")
-        items = [child for child in tree.children if _is_tree(child) and child.data != "state"]
-        states = [child for child in tree.children if _is_tree(child) and child.data == "state"]
-        self._read_header(tree.children[0], items)
-        for state in states:
+        try:
+            document = parse_automaton(self.piece.text)
+        except HoaSyntaxError as error:
+            self._fail_at(error.line, error.column, error.message)
+        self._read_header(document)
+        for state in document.states:
             self._read_state(state)
         return self._assemble()
 
-    # Messages
-
-    def _fail(self, place: Token, message: str, offset: int = 0) -> NoReturn:
-        self._fail_at(place.line or 1, (place.column or 1) + offset, message)
+    def _fail(self, place: Token, message: str) -> NoReturn:
+        self._fail_at(place.line or 1, place.column or 1, message)
 
     def _fail_at(self, line: int, column: int, message: str) -> NoReturn:
         if line == 1:
             column += self.piece.column - 1
-        raise FileFormatError(f"line {line + self.piece.line - 1}, column {column}: {message}")
-
-    def _parse(self, text: str, start: str, place: Token | None = None) -> Tree[Any]:
-        """The parse tree; `place` is the token that the text comes from, if it is not the whole piece."""
-        from lark.exceptions import UnexpectedInput
-
-        try:
-            return cast("Tree[Any]", _parser().parse(text, start=start))
-        except UnexpectedInput as error:
-            line, column, message = *_position(error, text), _explain(error)
-        except hoa_acceptance.TooManyTermsError:
-            line, column = 1, 1
-            message = f"the acceptance condition has more than {hoa_acceptance.MAX_TERMS} terms when written as pairs"
-        if place is None:
-            self._fail_at(line, column, message)
-        column += (place.column or 1) - 1 if line == 1 else 0
-        self._fail_at(line + (place.line or 1) - 1, column, message)
+        raise FileFormatError(f"line {line + self.piece.line - 1}, column {column}: {message}") from None
 
     def _int(self, token: Token) -> int:
         if len(token) > 10 or int(token) >= 1 << 31:
@@ -144,19 +126,17 @@ class _Reader:
 
     # The header
 
-    def _read_header(self, version: Token, items: Sequence[Tree[Any]]) -> None:
+    def _read_header(self, document: Document) -> None:
+        version = document.version
         if version != "v1" and not version.startswith("v1."):
             self._fail(version, f"this is HOA {version}; only version v1 can be read")
-        by_kind: dict[str, list[list[Token]]] = {}
-        for item in items:
-            by_kind.setdefault(item.data, []).append(item.children)
-        for kind in ("states", "aps", "acceptance", "name"):
-            if len(by_kind.get(kind, ())) > 1:
-                again = by_kind[kind][1][0]
-                self._fail(again, f"the header {again} occurs twice")
-        for keyword, *_ in by_kind.get("other", ()):
-            if keyword[0].isupper():
-                self._fail(keyword, f"the header {keyword} is not known, and it may change what is accepted")
+        by_kind: dict[str, list[HeaderItem]] = {}
+        for item in document.headers:
+            by_kind.setdefault(item.kind, []).append(item)
+            if item.kind in _ONCE and len(by_kind[item.kind]) > 1:
+                self._fail(item.keyword, f"the header {item.keyword} occurs twice")
+            if item.kind == "other" and item.keyword[0].isupper():
+                self._fail(item.keyword, f"the header {item.keyword} is not known, and it may change what is accepted")
         if "acceptance" not in by_kind:
             self._fail(version, "the header Acceptance: is missing")
         # Aliases may be written before the propositions they refer to.
@@ -169,8 +149,8 @@ class _Reader:
             ("name", self._read_name),
             ("properties", self._read_properties),
         ):
-            for children in by_kind.get(kind, ()):
-                read(*children)
+            for item in by_kind.get(kind, ()):
+                read(item.keyword, *item.values)
 
     def _read_states(self, _keyword: Token, count: Token) -> None:
         self._int(count)
@@ -191,6 +171,8 @@ class _Reader:
             raise AlphabetLimitExceeded(f"{len(names)} propositions; at most {MAX_APS} are supported")
         for token in names:
             name = _unquote(token)
+            if not name:
+                self._fail(token, "a proposition needs a name")
             if name in self.header.aps:
                 self._fail(token, f"the proposition {token} is listed twice")
             self.header.aps.append(name)
@@ -232,51 +214,49 @@ class _Reader:
     def _label(self, token: Token) -> int:
         text = str(token)
         if text not in self.labels:
-            self.labels[text] = self._letters(cast(Formula, self._parse(text, "label", token)), token)
+            try:
+                formula = parse_label(text)
+            except HoaSyntaxError as error:
+                column = error.column + (token.column or 1) - 1 if error.line == 1 else error.column
+                self._fail_at((token.line or 1) + error.line - 1, column, error.message)
+            self.labels[text] = self._letters(formula, token)
         return self.labels[text]
 
     # The body
 
-    def _marks(self, tree: Tree[Any]) -> frozenset[int]:
-        for token in tree.children:
+    def _marks(self, tokens: Sequence[Token]) -> frozenset[int]:
+        for token in tokens:
             if self._int(token) >= self.header.n_sets:
                 self._fail(token, f"there is no acceptance set {token}, Acceptance: announces {self.header.n_sets}")
-        return frozenset(map(int, tree.children))
+        return frozenset(map(int, tokens))
 
-    def _read_state(self, tree: Tree[Any]) -> None:
-        keyword, *rest = tree.children
-        tokens = {child.type: child for child in rest if not _is_tree(child)}
-        edges = [child for child in rest if _is_tree(child) and child.data == "edge"]
-        number = tokens["INT"]
-        state = self._int(number)
+    def _read_state(self, item: StateItem) -> None:
+        state = self._int(item.number)
         if state in self.body.state_marks:
-            self._fail(number, f"state {state} is listed twice")
-        if "STRING" in tokens:
-            self.body.names[state] = _unquote(tokens["STRING"])
-        self.body.state_marks[state] = frozenset().union(
-            *(self._marks(child) for child in rest if _is_tree(child) and child.data == "marks")
-        )
-        self._read_edges(state, keyword, tokens.get("LABEL"), edges)
+            self._fail(item.number, f"state {state} is listed twice")
+        if item.name is not None:
+            self.body.names[state] = _unquote(item.name)
+        self.body.state_marks[state] = self._marks(item.marks)
+        self._read_edges(state, item)
 
-    def _read_edges(self, state: int, keyword: Token, state_label: Token | None, trees: Sequence[Tree[Any]]) -> None:
+    def _read_edges(self, state: int, item: StateItem) -> None:
         n_letters = 1 << len(self.header.aps)
-        labelled = [tree.children[0].type == "LABEL" for tree in trees]
-        implicit = state_label is None and not any(labelled)
-        if implicit and len(trees) not in (0, n_letters):
-            self._fail(keyword, f"state {state} has {len(trees)} edges without label; there are {n_letters} letters")
+        implicit = item.label is None and all(edge.label is None for edge in item.edges)
+        if implicit and len(item.edges) not in (0, n_letters):
+            n_edges = len(item.edges)
+            self._fail(item.keyword, f"state {state} has {n_edges} edges without label; there are {n_letters} letters")
         merged: dict[tuple[int, frozenset[int]], tuple[int, Token]] = {}
-        for i, (tree, has_label) in enumerate(zip(trees, labelled, strict=True)):
-            place, *others = [child for child in tree.children if not _is_tree(child) and child.type == "INT"]
+        for i, edge in enumerate(item.edges):
+            place, *others = edge.targets
             if others:
                 self._fail(others[0], "universal branching: an alternating automaton is not deterministic")
-            if has_label and state_label is not None:
-                self._fail(tree.children[0], "the state has a label already, so its edges have none")
-            if not implicit and not has_label and state_label is None:
+            if edge.label is not None and item.label is not None:
+                self._fail(edge.label, "the state has a label already, so its edges have none")
+            label = edge.label if item.label is None else item.label
+            if label is None and not implicit:
                 self._fail(place, "this edge has no label, others of the same state have one")
-            label = tree.children[0] if has_label else state_label
             letters = 1 << i if label is None else self._label(label)
-            marks: frozenset[int] = frozenset().union(*(self._marks(c) for c in tree.children if _is_tree(c)))
-            key = (self._int(place), marks)
+            key = (self._int(place), self._marks(edge.marks))
             merged[key] = (merged.get(key, (0, place))[0] | letters, place)
         taken = 0
         for (target, marks), (letters, place) in merged.items():
@@ -327,7 +307,8 @@ class _Reader:
         complete = all(letters == universe for letters in covered)
         letter_class, edge = tabulate(len(header.aps), n_states + (not complete), body.sources, body.guards)
         if edge.size * 2 * len(header.condition) > MAX_TABLE:
-            raise AlphabetLimitExceeded(f"tables of {edge.size} transitions and {len(header.condition)} pairs are too large")
+            n_pairs = len(header.condition)
+            raise AlphabetLimitExceeded(f"tables of {edge.size} transitions and {n_pairs} pairs are too large")
         targets = np.array([*body.targets, n_states], dtype=np.int32)  # the last one is taken where edge is -1
         on_transitions = any(body.edge_marks) or (
             "trans-acc" in header.properties and "state-acc" not in header.properties
@@ -352,119 +333,12 @@ class _Reader:
                 sets = [marks | body.state_marks[q] for marks, q in zip(body.edge_marks, body.sources, strict=True)]
                 marked = np.array([*(atom.number in numbers for numbers in sets), False], dtype=np.bool_)[edge]
             else:
-                marked = np.array([atom.number in body.state_marks.get(q, ()) for q in range(len(edge))], dtype=np.bool_)
-            return everything & ~marked if atom.complement else cast(BoolArray, marked)
+                by_state = [atom.number in body.state_marks.get(q, ()) for q in range(len(edge))]
+                marked = np.array(by_state, dtype=np.bool_)
+            return everything & ~marked if atom.complement else marked
 
         return with_rabin_pairs(skeleton, header.condition, members, everything)
 
 
-def _is_tree(child: object) -> bool:
-    from lark import Tree
-
-    return isinstance(child, Tree)
-
-
 def _unquote(token: Token) -> str:
     return re.sub(r"\\(.)", r"\1", token[1:-1], flags=re.DOTALL)
-
-
-# The parser
-
-
-@cache
-def _parser() -> Lark:
-    from lark import Lark, Transformer, v_args
-
-    class Expressions(Transformer):  # type: ignore[type-arg]
-        """Labels become formulas over the numbers of propositions, acceptance conditions normal forms."""
-
-        label = v_args(inline=True)(lambda _, formula: formula)
-        proposition = v_args(inline=True)(lambda _, number: Proposition(number))
-        negation = v_args(inline=True)(lambda _, operand: Not(operand))
-
-        def true(self, _: list[Any]) -> Formula:
-            return TRUE
-
-        def false(self, _: list[Any]) -> Formula:
-            return FALSE
-
-        def conjunction(self, parts: list[Formula]) -> Formula:
-            return cast(Formula, And(*parts))
-
-        def disjunction(self, parts: list[Formula]) -> Formula:
-            return cast(Formula, Or(*parts))
-
-        def marked(self, children: list[Token]) -> Condition:
-            return _atom(children, complement=False)
-
-        def unmarked(self, children: list[Token]) -> Condition:
-            return _atom(children, complement=True)
-
-        def always(self, _: list[Any]) -> Condition:
-            return hoa_acceptance.ALWAYS
-
-        def never(self, _: list[Any]) -> Condition:
-            return hoa_acceptance.NEVER
-
-        def all_of(self, parts: list[Condition]) -> Condition:
-            return hoa_acceptance.all_of(parts)
-
-        def any_of(self, parts: list[Condition]) -> Condition:
-            return hoa_acceptance.any_of(parts)
-
-    return Lark.open_from_package(
-        "ltlc.grammars", "hoa.lark", parser="lalr", start=["automaton", "label"], transformer=Expressions()
-    )
-
-
-def _atom(children: list[Token], *, complement: bool) -> Condition:
-    kind, number = children
-    # A number with more digits than any set can have is refused later, as out of range.
-    return (frozenset({Atom(kind == "Inf", complement, int(number[:12]))}),)
-
-
-_WORDS = {
-    "INT": "a number",
-    "STRING": "a quoted string",
-    "IDENTIFIER": "a word",
-    "VERSION": "a version",
-    "ANAME": "an alias like @a",
-    "LABEL": "a label like [0 & !1]",
-    "HEADERNAME": "a header",
-    "_HOA": "'HOA:'",
-    "_BODY": "--BODY--",
-    "_END": "--END--",
-    "STATE": "'State:'",
-    "FIN": "Fin",
-    "INF": "Inf",
-    "VBAR": "'|'",
-    "BANG": "'!'",
-    "AMPERSAND": "'&'",
-    "LPAR": "'('",
-    "RPAR": "')'",
-    "LSQB": "'['",
-    "RSQB": "']'",
-    "LBRACE": "'{'",
-    "RBRACE": "'}'",
-    "T": "'t'",
-    "F": "'f'",
-}
-
-
-def _position(error: UnexpectedInput, text: str) -> tuple[int, int]:
-    if error.line > 0:
-        return error.line, error.column
-    return text.count("\n") + 1, len(text) - text.rfind("\n")
-
-
-def _explain(error: UnexpectedInput) -> str:
-    from lark.exceptions import UnexpectedToken
-
-    wanted = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None) or ()
-    # The headers all at once would hide what matters.
-    words = sorted({_WORDS.get(name, "a header") for name in wanted})
-    if isinstance(error, UnexpectedToken):
-        found = "the end" if error.token.type == "$END" else repr(str(error.token)[:40])
-    else:
-        found = repr(getattr(error, "char", "?"))
-    return f"unexpected {found}; expected {' or '.join(words)}" if words else f"unexpected {found}"

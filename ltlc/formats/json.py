@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ltlc.automata.alphabet import quoted
+from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import MAX_APS, Acceptance, RabinAutomaton
 from ltlc.errors import FileFormatError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
@@ -61,13 +61,12 @@ def to_json(automaton: RabinAutomaton) -> str:
 
 
 def _transitions(automaton: RabinAutomaton) -> list[dict[str, Any]]:
-    names = [quoted(name) for name in automaton.aps]
     known: dict[tuple[int, ...], str] = {}
     result = []
     for edge in edges(automaton):
         guard = known.get(edge.classes)
         if guard is None:
-            guard = known[edge.classes] = automaton.alphabet.guard(edge.classes).text(names)
+            guard = known[edge.classes] = guard_text(automaton, edge.classes)
         transition: dict[str, Any] = {"source": edge.source, "target": edge.target, "guard": guard}
         if automaton.acceptance == "transition":
             transition |= {"B": list(edge.fin), "G": list(edge.inf)}
@@ -94,7 +93,7 @@ def from_json(text: str) -> RabinAutomaton:
     """
     document = _Node(_load(text), "")
     _check_version(document)
-    aps = tuple(item.text() for item in document["aps"].items())
+    aps = tuple(item.name() for item in document["aps"].items())
     document["aps"].check(len(set(aps)) == len(aps), "a proposition is listed twice")
     document["aps"].check(len(aps) <= MAX_APS, f"{len(aps)} propositions; at most {MAX_APS} are supported")
     acceptance: Acceptance = document["acceptance"].one_of("state", "transition")  # type: ignore[assignment]
@@ -211,6 +210,11 @@ class _Node:
         value: str = self._expect(str, "a string")
         # Half of a surrogate pair cannot be written to any file again.
         self.check(not any("\ud800" <= letter <= "\udfff" for letter in value), "half of a surrogate pair")
+        return value
+
+    def name(self) -> str:
+        value = self.text()
+        self.check(bool(value), "a proposition needs a name")
         return value
 
     def text_or_none(self) -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ltlc.automata.alphabet import quoted
+from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.formats.edges import arrows, hidden_states, state_marks
 
@@ -24,9 +24,8 @@ def to_mermaid(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str
     lines = [] if automaton.formula is None else ["---", f"title: {_yaml(automaton.formula)}", "---"]
     lines += ["flowchart LR", f"  start(( )) ==> q{automaton.initial_state}"]
     lines += [_node(automaton, q) for q in shown]
-    names = [quoted(name) for name in automaton.aps]
     for (source, target), parallel in arrows(automaton, hidden).items():
-        rows = [automaton.alphabet.guard(edge.classes).text(names) + _marks(edge.fin, edge.inf) for edge in parallel]
+        rows = [guard_text(automaton, edge.classes) + _marks(edge.fin, edge.inf) for edge in parallel]
         lines.append(f'  q{source} -->|"{"<br/>".join(map(_entities, rows))}"| q{target}')
     lines.append("  style start fill:none,stroke:none")
     for (name, style), members in zip(_CLASSES, (automaton.deadlocks, automaton.accepting_sinks), strict=True):

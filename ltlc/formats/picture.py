@@ -47,7 +47,8 @@ def draw(source: str, kind: str) -> bytes:
     import graphviz
 
     try:
-        return graphviz.pipe("dot", kind, source.encode("utf-8"), quiet=True)
+        picture: bytes = graphviz.pipe("dot", kind, source.encode("utf-8"), quiet=True)
+        return picture
     except graphviz.ExecutableNotFound:
         raise MissingProgramError(
             "the program 'dot' of Graphviz is not installed or not on the PATH. Install it with: "

@@ -1,7 +1,7 @@
 """Linear temporal logic: formulas, their text, their rewriting and their meaning.
 
-    text -> formula (parser) -> smaller formula (rewrite) -> text (printer)
-    formula, lasso word -> truth (semantics)
+text -> formula (parser) -> smaller formula (rewrite) -> text (printer)
+formula, lasso word -> truth (semantics)
 """
 
 from ltlc.ltl.diagnosis import LtlSyntaxWarning

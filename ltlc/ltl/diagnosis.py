@@ -98,7 +98,9 @@ def _quoted(text: str, position: int, sign: str) -> str:
 def explain_token(text: str, tokens: Sequence[Token], index: int) -> LtlSyntaxError:
     """The error for the token at `index`, or for the end of the text, which does not fit what stands before it."""
     if not tokens:
-        return error_at("the formula is empty: expected an operand", text, 0, "the shortest formulas are names and true")
+        return error_at(
+            "the formula is empty: expected an operand", text, 0, "the shortest formulas are names and true"
+        )
     before = tokens[index - 1] if index else None
     here = tokens[index] if index < len(tokens) else None
     if before is None or before.type in _PREFIX or before.type in _BINARY or before.type == "_OPEN":
@@ -124,7 +126,9 @@ def _no_operand(text: str, before: Token | None, here: Token | None) -> LtlSynta
             message = f"{operator} stands right after '{before}': expected an operand between them"
         else:
             message = f"{operator} has no left operand: expected a formula before it"
-        return error_at(message, text, _start(here), _reserved(here) or f"write {here} between two formulas: a {here} b")
+        return error_at(
+            message, text, _start(here), _reserved(here) or f"write {here} between two formulas: a {here} b"
+        )
     if before is not None and before.type in _BINARY:
         message = f"'{before}' ({_BINARY[before.type]}) has no right operand: expected a formula after it"
         hint = _reserved(before) or f"write {before} between two formulas: a {before} b"
@@ -189,21 +193,21 @@ def _misreadings(tokens: Sequence[Token]) -> Iterator[str]:
     runs: list[tuple[str, str]] = []
     names: set[str] = set()
     for token in tokens:
-        run = run if token.start_pos == end else ""
+        before, run = run if token.start_pos == end else "", ""
         end = token.end_pos or 0
         if token.type in _PREFIX and token in ("X", "F", "G"):
-            run += token
+            run = before + token
         elif token.type == "NAME":
             yield from _odd_name(token)
-            if run:
-                runs.append((run, token))
+            if before:
+                runs.append((before, token))
             else:
                 names.add(token)
     for run, name in runs:
         # Fa and GFx1 are how formulas are written; Goal is how things are called, unless oal is a name as well.
         if len(name.rstrip("0123456789")) > 1 and name not in names:
             spaced = " ".join([*run, name])
-            yield f'{run}{name} is read as {spaced}; write that, or "{run}{name}" in quotes for a proposition of that name'
+            yield f'{run}{name} is read as {spaced}; write that, or "{run}{name}" in quotes for one proposition'
 
 
 def _odd_name(name: str) -> Iterator[str]:

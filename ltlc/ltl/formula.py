@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, Self, TypeVar
+from threading import RLock
+from typing import Any, ClassVar, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
+from ltlc.errors import InvalidArgumentError
 
+F = TypeVar("F", bound="Formula")
 T = TypeVar("T")
 
 
@@ -27,6 +30,9 @@ class Formula:
     symbol: ClassVar[str]
     args: tuple[Formula, ...]
     _hash: int
+
+    def __new__(cls, *_: Any) -> Self:
+        raise TypeError("use parse() or the class of an operator")
 
     def __hash__(self) -> int:
         # Structural and independent of PYTHONHASHSEED, so that no set of formulas can leak an order into a result.
@@ -47,8 +53,7 @@ class Formula:
         """The same operator on other operands; itself if they are its own."""
         if args == self.args:
             return self
-        result: Formula = type(self)(*args)
-        return result
+        return type(self)(*args)
 
     def __copy__(self) -> Self:
         return self
@@ -75,9 +80,10 @@ class Formula:
 
 # Interning is invisible from outside: an entry dies with the last reference to its node.
 _interned: WeakValueDictionary[tuple[object, ...], Formula] = WeakValueDictionary()
+_interning = RLock()  # two threads that build one formula must get one object
 
 
-def _intern(cls: type[Formula], args: tuple[Formula, ...], payload: str | bool | None = None) -> Any:
+def _intern(cls: type[F], args: tuple[Formula, ...], payload: str | bool | None = None) -> F:
     key = (cls, payload, args)
     node = _interned.get(key)
     if node is None:
@@ -87,8 +93,9 @@ def _intern(cls: type[Formula], args: tuple[Formula, ...], payload: str | bool |
         object.__setattr__(node, "_hash", hash((seed, *(child._hash for child in args))))
         if payload is not None:
             object.__setattr__(node, "name" if isinstance(payload, str) else "value", payload)
-        _interned[key] = node
-    return node
+        with _interning:
+            node = _interned.setdefault(key, node)
+    return cast(F, node)
 
 
 class Constant(Formula):
@@ -102,12 +109,18 @@ class Constant(Formula):
 
 
 class Proposition(Formula):
-    """An atomic proposition, known by its name."""
+    """An atomic proposition, known by its name.
+
+    Raises:
+        InvalidArgumentError: the name is empty.
+    """
 
     __slots__ = ("name",)
     name: str
 
     def __new__(cls, name: str) -> Self:
+        if not name:
+            raise InvalidArgumentError("the name of a proposition has at least one character")
         return _intern(cls, (), str(name))
 
 
@@ -154,22 +167,22 @@ class Always(_Unary):
 
 
 class And(Formula):
-    """Conjunction of any number of formulas; of none it is `true`, of one it is that one."""
+    """Conjunction of any number of formulas; of none it is `true`, of one it is that one, whatever its type."""
 
     __slots__ = ()
     symbol = "&"
 
-    def __new__(cls, *operands: Formula) -> Any:
+    def __new__(cls, *operands: Formula) -> Self:
         return _flat(cls, operands, TRUE)
 
 
 class Or(Formula):
-    """Disjunction of any number of formulas; of none it is `false`, of one it is that one."""
+    """Disjunction of any number of formulas; of none it is `false`, of one it is that one, whatever its type."""
 
     __slots__ = ()
     symbol = "|"
 
-    def __new__(cls, *operands: Formula) -> Any:
+    def __new__(cls, *operands: Formula) -> Self:
         return _flat(cls, operands, FALSE)
 
 
@@ -226,15 +239,13 @@ TRUE = Constant(True)
 FALSE = Constant(False)
 
 
-def _flat(cls: type[Formula], operands: tuple[Formula, ...], empty: Formula) -> Formula:
+def _flat(cls: type[F], operands: tuple[Formula, ...], empty: Formula) -> F:
     if any(type(operand) is cls for operand in operands):
         operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
-    if not operands:
-        return empty
-    if len(operands) == 1:
-        return operands[0]
-    node: Formula = _intern(cls, operands)
-    return node
+    if len(operands) > 1:
+        return _intern(cls, operands)
+    # Not an F, but callers of And and Or need no more than a Formula.
+    return cast(F, operands[0] if operands else empty)
 
 
 def postorder(formula: Formula) -> Iterator[Formula]:

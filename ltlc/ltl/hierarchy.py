@@ -80,8 +80,8 @@ def _classes(node: Formula, args: list[_Classes]) -> _Classes:
     if not args or isinstance(node, Not):
         return _Classes(safety=True, co_safety=True, recurrence=True, persistence=True)
     safety, co_safety, recurrence, persistence = (all(flags) for flags in zip(*args, strict=True))
-    # A prefix can refute G W R and prove F U M. Across: a U b = (a W b) & F b is a recurrence formula if b is co-safety,
-    # and a W b = (a U b) | G a a persistence formula if a is safety.
+    # A prefix can refute G W R and prove F U M. Across the two: a U b = (a W b) & F b is a recurrence formula if b is
+    # co-safety, and a W b = (a U b) | G a is a persistence formula if a is safety.
     if isinstance(node, Always | WeakUntil | Release):
         lasting = args[-1] if isinstance(node, Release) else args[0]
         return _Classes(safety, False, recurrence, persistence and lasting.safety)

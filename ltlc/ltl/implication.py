@@ -130,7 +130,7 @@ class Implications:
         test = self._implies
         if isinstance(f, Next) and isinstance(g, Next):
             return test(f.args[0], g.args[0], depth)
-        if len(f.args) != 2 or len(g.args) != 2:  # noqa: PLR2004
+        if len(f.args) != 2 or len(g.args) != 2:
             return False
         (a, b), (c, d) = f.args, g.args
         strong = isinstance(f, Until | StrongRelease)

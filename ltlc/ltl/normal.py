@@ -91,7 +91,9 @@ def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, li
     if isinstance(node, Proposition):
         return (node if positive else Not(node)), []
     if isinstance(node, Iff | Xor):
-        return (Iff if isinstance(node, Iff) == positive else Xor), [(arg, sign) for arg in node.args for sign in (True, False)]
+        return (Iff if isinstance(node, Iff) == positive else Xor), [
+            (arg, sign) for arg in node.args for sign in (True, False)
+        ]
     if isinstance(node, And | Or | Implies):
         connective = And if isinstance(node, And) == positive else Or
         return connective, _chain(node, positive, connective)

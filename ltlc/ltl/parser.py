@@ -47,13 +47,26 @@ def parse(text: str) -> Formula:
     Warns:
         LtlSyntaxWarning: what looks like a name was read as operators, as in `Goal`, which is `G oal`.
     """
+    formula, tokens = parse_tokens(text, _decide_letters)
+    warn_of_misreadings(tokens, stacklevel=3)
+    return formula
+
+
+def parse_tokens(
+    text: str, decide: Callable[[list[Token]], list[Token]] = lambda tokens: tokens
+) -> tuple[Formula, list[Token]]:
+    """The formula and the tokens it was read from, after `decide` has changed what they are.
+
+    Raises:
+        LtlSyntaxError: it is not a formula.
+    """
     from lark import UnexpectedCharacters, UnexpectedToken
 
     run = _parser().parse_interactive(text)
     try:
-        tokens = _decide_letters(list(run.lexer_thread.lex(run.parser_state)))
+        tokens = decide(list(run.lexer_thread.lex(run.parser_state)))  # type: ignore[no-untyped-call]
     except UnexpectedCharacters as error:
-        raise explain_character(text, error.pos_in_stream) from None
+        raise explain_character(text, error.pos_in_stream or 0) from None
     unnamed = next((token for token in tokens if token.type == "QUOTED" and token == '""'), None)
     if unnamed is not None:
         raise error_at("a name has at least one character", text, unnamed.start_pos or 0, 'write "name"')
@@ -62,15 +75,14 @@ def parse(text: str) -> Formula:
         for token in tokens:
             run.feed_token(token)
             fed += 1
-        formula: Formula = run.feed_eof()
+        formula: Formula = run.feed_eof()  # type: ignore[no-untyped-call]
     except UnexpectedToken:
         raise explain_token(text, tokens, fed) from None
-    warn_of_misreadings(tokens, stacklevel=3)
-    return formula
+    return formula, tokens
 
 
 def _decide_letters(tokens: list[Token]) -> list[Token]:
-    """The letters t and f mean true and false, unless a neighbour in the alphabet is a proposition too."""
+    """The letters t and f mean true and false, unless a neighbor in the alphabet is a proposition too."""
     from lark import Token
 
     names = {str(token) for token in tokens if token.type == "NAME"}
@@ -82,17 +94,19 @@ def _decide_letters(tokens: list[Token]) -> list[Token]:
     if not constants:
         return tokens
     return [
-        Token.new_borrow_pos(constants[token], str(token), token) if token.type == "NAME" and token in constants else token
+        Token.new_borrow_pos(constants[token], str(token), token)
+        if token.type == "NAME" and token in constants
+        else token
         for token in tokens
     ]
 
 
 def read_formulas(source: str | Iterable[str]) -> Iterator[tuple[int, str]]:
-    """The formulas of a file, one a line, with their line numbers from 1; blank lines and comments are left out.
+    r"""The formulas of a file, one a line, with their line numbers from 1; blank lines and comments are left out.
 
     A comment starts with `#` or `//`, outside quotes, and ends with the line.
 
-    >>> list(read_formulas("# two tasks\\nF a\\n\\nG !b  // stay safe"))
+    >>> list(read_formulas("# two tasks\nF a\n\nG !b  // stay safe"))
     [(2, 'F a'), (4, 'G !b')]
 
     Args:

@@ -59,7 +59,7 @@ _PRISM_BINDING: Mapping[type[Formula], tuple[int, int, int]] = MappingProxyType(
     dict.fromkeys((Next, Eventually, Always), (6, 6, 6))
     | {Not: (7, 7, 7), And: (4, 7, 7), Or: (2, 7, 7), Until: (1, 7, 7)}
 )
-_PREFIX = {Not: "!", Next: "X ", Eventually: "F ", Always: "G "}
+_PREFIX: dict[type[Formula], str] = {Not: "!", Next: "X ", Eventually: "F ", Always: "G "}
 _INFIX: dict[type[Formula], str] = {
     And: " & ",
     Or: " | ",
@@ -113,14 +113,14 @@ _STYLES: Mapping[str, _Style] = MappingProxyType(
         "unicode": _Style(
             ("⊥", "⊤"),
             _plain_name,
-            {Not: "¬", Next: "○", Eventually: "◇", Always: "□"},
+            _PREFIX | {Not: "¬", Next: "○", Eventually: "◇", Always: "□"},
             _INFIX | {And: " ∧ ", Or: " ∨ ", Xor: " ⊕ ", Implies: " → ", Iff: " ↔ "},
             _BINDING,
         ),
         "latex": _Style(
             (r"\bot", r"\top"),
             _latex_name,
-            {Not: r"\neg ", Next: r"\mathsf{X}\,", Eventually: r"\mathsf{F}\,", Always: r"\mathsf{G}\,"},
+            _PREFIX | {Not: r"\neg ", Next: r"\mathsf{X}\,", Eventually: r"\mathsf{F}\,", Always: r"\mathsf{G}\,"},
             {
                 And: r" \wedge ",
                 Or: r" \vee ",
@@ -144,8 +144,8 @@ def to_text(formula: Formula, syntax: Syntax = "plain") -> str:
     """The formula as text.
 
     >>> from ltlc.ltl import parse
-    >>> to_text(parse("G(near_goal -> F Goal_1)"), "unicode")
-    '□(near_goal → ◇"Goal_1")'
+    >>> to_text(parse("G(near_goal -> F a)"), "unicode")
+    '□(near_goal → ◇a)'
 
     Args:
         formula: any formula.

@@ -64,7 +64,7 @@ def simplify(formula: Formula) -> Formula:
 
 
 def _first_rewrite(node: Formula, known: Implications) -> Formula | None:
-    for rule in _rules_for(type(node)):
+    for rule in _rules_by_operator().get(type(node), ()):
         result = rule.apply(node, known)
         if result is not None:
             return result
@@ -72,5 +72,9 @@ def _first_rewrite(node: Formula, known: Implications) -> Formula | None:
 
 
 @cache
-def _rules_for(operator: type[Formula]) -> tuple[Rule, ...]:
-    return tuple(rule for rule in RULES if operator in rule.operators)
+def _rules_by_operator() -> dict[type[Formula], list[Rule]]:
+    table: dict[type[Formula], list[Rule]] = {}
+    for rule in RULES:
+        for operator in rule.operators:
+            table.setdefault(operator, []).append(rule)
+    return table

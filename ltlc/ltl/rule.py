@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from ltlc.ltl.formula import Formula
 from ltlc.ltl.implication import Implications
 
+MAX_PAIRWISE = 40
+"""Rules that compare operands pair by pair leave longer conjunctions and disjunctions alone."""
+
 Rewrite = Callable[[Formula, Implications], Formula | None]
 
 

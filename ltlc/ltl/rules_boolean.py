@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar, cast
+from typing import TypeVar
 
 from ltlc.ltl.formula import (
     FALSE,
@@ -25,15 +25,13 @@ from ltlc.ltl.formula import (
 )
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.normal import is_literal
-from ltlc.ltl.rule import RuleBook, operands
+from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
 
 BOOLEAN_RULES = RuleBook()
 Key = TypeVar("Key")
 
-# What keeps simplification quick on huge formulas: operands that are compared pair by pair, and nodes of an operand
-# that literals are put into.
-MAX_PAIRWISE = 40
 MAX_INFORMED = 500
+"""Literals are put into operands of at most this many nodes."""
 
 
 @dataclass(frozen=True)
@@ -136,13 +134,20 @@ def _merge_groups(
     node: Formula, form: Callable[[Formula], Key | None], merge: Callable[[Key, list[Formula]], Formula]
 ) -> Formula | None:
     """Replaces all operands of one form by a single one, where the first of them stood."""
-    groups: dict[Key | Formula, list[Formula]] = {}
-    for part in node.args:
-        key = form(part)
-        groups.setdefault(part if key is None else key, []).append(part)
-    if len(groups) == len(node.args):
+    keys = [form(part) for part in node.args]
+    groups: dict[Key, list[Formula]] = {}
+    for key, part in zip(keys, node.args, strict=True):
+        if key is not None:
+            groups.setdefault(key, []).append(part)
+    if all(len(group) == 1 for group in groups.values()):
         return None
-    parts = [group[0] if len(group) == 1 else merge(cast(Key, key), group) for key, group in groups.items()]
+    parts = []
+    for key, part in zip(keys, node.args, strict=True):
+        if key is None:
+            parts.append(part)
+        elif key in groups:
+            group = groups.pop(key)
+            parts.append(part if len(group) == 1 else merge(key, group))
     return type(node)(*parts)
 
 
@@ -241,9 +246,7 @@ def _common_factor(node: Formula, _: Implications) -> Formula | None:
     return dual(*factors, connective(*rests))
 
 
-@BOOLEAN_RULES.rule(
-    And, Or, name="literal-now", laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)"
-)
+@BOOLEAN_RULES.rule(And, Or, name="literal-now", laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)")
 def _literal_now(node: Formula, known: Implications) -> Formula | None:
     def stated(part: Formula) -> Formula | None:
         return part if is_literal(part) else None
@@ -255,8 +258,7 @@ def _literal_now(node: Formula, known: Implications) -> Formula | None:
     And,
     Or,
     name="literal-always",
-    laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; "
-    "F p | a U (b & p) = F p",
+    laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; F p | a U (b & p) = F p",
 )
 def _literal_always(node: Formula, known: Implications) -> Formula | None:
     side = SIDES[type(node)]

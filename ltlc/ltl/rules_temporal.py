@@ -21,10 +21,12 @@ from ltlc.ltl.formula import (
     WeakUntil,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.rule import RuleBook, operands
+from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
 
 TEMPORAL_RULES = RuleBook()
 _BINARY = (Until, WeakUntil, Release, StrongRelease)
+MAX_COPIED = 60
+"""Rules that write an operand twice leave one of more nodes alone, so that nesting cannot double it over and over."""
 
 
 # --- one operand ------------------------------------------------------------------------------------------------------
@@ -38,8 +40,8 @@ def _constant(node: Formula, _: Implications) -> Formula | None:
 @TEMPORAL_RULES.rule(Next, Eventually, Always, name="pure", laws="X s = s; F e = e; G u = u")
 def _pure(node: Formula, known: Implications) -> Formula | None:
     eventual, universal = known.purity(node.args[0])
-    needed = {Next: eventual and universal, Eventually: eventual, Always: universal}
-    return node.args[0] if needed[type(node)] else None
+    enough = (eventual or isinstance(node, Always)) and (universal or isinstance(node, Eventually))
+    return node.args[0] if enough else None
 
 
 @TEMPORAL_RULES.rule(Eventually, Always, name="next-out", laws="F X a = X F a; G X a = X G a")
@@ -68,25 +70,29 @@ def _always_binary(node: Formula, _: Implications) -> Formula | None:
     return None
 
 
-@TEMPORAL_RULES.rule(Eventually, name="eventually-weak", laws="F(a W b) = F b | F G a; F(a R b) = F(a & b) | F G b", grows=True)
-def _eventually_weak(node: Formula, _: Implications) -> Formula | None:
+@TEMPORAL_RULES.rule(
+    Eventually, name="eventually-weak", laws="F(a W b) = F b | F G a; F(a R b) = F(a & b) | F G b", grows=True
+)
+def _eventually_weak(node: Formula, known: Implications) -> Formula | None:
     (operand,) = node.args
     if isinstance(operand, WeakUntil):
         a, b = operand.args
         return Or(Eventually(b), Eventually(Always(a)))
-    if isinstance(operand, Release):
+    if isinstance(operand, Release) and known.size(operand.args[1]) <= MAX_COPIED:
         a, b = operand.args
         return Or(Eventually(And(a, b)), Eventually(Always(b)))
     return None
 
 
-@TEMPORAL_RULES.rule(Always, name="always-strong", laws="G(a M b) = G b & G F a; G(a U b) = G(a | b) & G F b", grows=True)
-def _always_strong(node: Formula, _: Implications) -> Formula | None:
+@TEMPORAL_RULES.rule(
+    Always, name="always-strong", laws="G(a M b) = G b & G F a; G(a U b) = G(a | b) & G F b", grows=True
+)
+def _always_strong(node: Formula, known: Implications) -> Formula | None:
     (operand,) = node.args
     if isinstance(operand, StrongRelease):
         a, b = operand.args
         return And(Always(b), Always(Eventually(a)))
-    if isinstance(operand, Until):
+    if isinstance(operand, Until) and known.size(operand.args[1]) <= MAX_COPIED:
         a, b = operand.args
         return And(Always(Or(a, b)), Always(Eventually(b)))
     return None
@@ -113,6 +119,43 @@ def _pure_part_out(node: Formula, known: Implications) -> Formula | None:
         return eventual and universal
 
     return _take_out(operand, movable, lambda rest: node.with_args((rest,)))
+
+
+@TEMPORAL_RULES.rule(
+    Eventually,
+    Always,
+    name="implied-in-time",
+    laws="F(a | b) = F a if b -> F a; G(a & b) = G a if G a -> b",
+)
+def _implied_in_time(node: Formula, known: Implications) -> Formula | None:
+    (operand,) = node.args
+    if not isinstance(operand, Or if isinstance(node, Eventually) else And) or len(operand.args) > MAX_PAIRWISE:
+        return None
+    connective = type(operand)
+    for part in operand.args:
+        rest = node.with_args((connective(*(other for other in operand.args if other is not part)),))
+        if known.implies(part, rest) if connective is Or else known.implies(rest, part):
+            return rest
+    return None
+
+
+@TEMPORAL_RULES.rule(
+    Eventually,
+    Always,
+    name="nested-in-time",
+    laws="F(a & F b) = F b if b -> a; G(a | G b) = G b if a -> b",
+)
+def _nested_in_time(node: Formula, known: Implications) -> Formula | None:
+    (operand,) = node.args
+    eventually = isinstance(node, Eventually)
+    if not isinstance(operand, And if eventually else Or) or len(operand.args) > MAX_PAIRWISE:
+        return None
+    for part in operand.args:
+        if isinstance(part, type(node)):
+            inner, others = part.args[0], [other for other in operand.args if other is not part]
+            if all(known.implies(inner, other) if eventually else known.implies(other, inner) for other in others):
+                return part
+    return None
 
 
 @TEMPORAL_RULES.rule(Eventually, Always, name="split", laws="F(a | u) = F a | F u; G(a & e) = G a & G e", grows=True)
@@ -160,11 +203,11 @@ def _take_out(
 ) -> Formula | None:
     """Splits an & or | into wrap(the parts that stay) and the movable ones, each of these under `around`."""
     moved = [part for part in operand.args if movable(part)]
-    if not moved:
+    stay = [part for part in operand.args if not movable(part)]
+    if not moved or not (stay or around):
         return None
     connective = type(operand)
-    rest: Formula = connective(*(part for part in operand.args if not movable(part)))
-    return connective(wrap(rest), *(around.with_args((part,)) if around else part for part in moved))
+    return connective(wrap(connective(*stay)), *(around.with_args((part,)) if around else part for part in moved))
 
 
 # --- two operands -----------------------------------------------------------------------------------------------------
@@ -207,7 +250,8 @@ def _implied_operand(node: Formula, known: Implications) -> Formula | None:
 @TEMPORAL_RULES.rule(
     *_BINARY,
     name="exhausted-or-contradicted",
-    laws="a U b = F b if !b -> a; a W b = true if !b -> a; a R b = G b if b -> !a; a M b = false if b -> !a",
+    laws="a U b = F b if !b -> a; a W b = true if !b -> a; a R b = G b if b -> !a; a M b = false if b -> !a; "
+    "a U b = F b if F b -> a; a R b = G b if a -> G b",
 )
 def _exhausted(node: Formula, known: Implications) -> Formula | None:
     a, b = node.args
@@ -215,6 +259,10 @@ def _exhausted(node: Formula, known: Implications) -> Formula | None:
         return Eventually(b) if isinstance(node, Until) else TRUE
     if isinstance(node, Release | StrongRelease) and known.contradict(a, b):
         return Always(b) if isinstance(node, Release) else FALSE
+    if isinstance(node, Until) and known.implies(Eventually(b), a):
+        return Eventually(b)
+    if isinstance(node, Release) and known.implies(a, Always(b)):
+        return Always(b)
     return None
 
 
@@ -254,6 +302,8 @@ def _pure_operand(node: Formula, known: Implications) -> Formula | None:
         return Eventually(And(a, b))
     if isinstance(node, WeakUntil) and right.universal:
         return Always(Or(a, b))
+    if known.size(b) > MAX_COPIED:
+        return None
     if isinstance(node, Until) and left.universal:
         return Or(b, And(a, Eventually(b)))
     if isinstance(node, Release) and left.eventual:
@@ -364,8 +414,8 @@ _NESTED: Mapping[type[Formula], tuple[type[Formula], ...]] = MappingProxyType(
 @TEMPORAL_RULES.rule(
     *_BINARY,
     name="nested-left",
-    laws="(a U b) U c = (a U b) | c if b -> c; (a U b) W c = (a U b) | c if b -> c; (a W b) W c = (a W b) | c if b -> c; "
-    "(a R b) R c = (a R b) & c if c -> b; (a R b) M c = (a R b) & c if c -> b; (a M b) M c = (a M b) & c if c -> b",
+    laws="(a U b) U c = a U b | c if b -> c; (a U b) W c = a U b | c if b -> c; (a W b) W c = a W b | c if b -> c; "
+    "(a R b) R c = a R b & c if c -> b; (a R b) M c = a R b & c if c -> b; (a M b) M c = a M b & c if c -> b",
 )
 def _nested_left(node: Formula, known: Implications) -> Formula | None:
     a, c = node.args

@@ -19,6 +19,7 @@ References:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
 from typing import NamedTuple
 
@@ -220,13 +221,25 @@ class Closure:
 
     def is_obligation(self, node: int) -> bool:
         """Whether the node is a Boolean combination of safety and co-safety subformulas, in shape."""
-        kind, args, _ = self.nodes[node]
-        return self.level(node) in ("sigma1", "pi1") or (kind in "&|" and all(map(self.is_obligation, args)))
+        return self._is_combination(node, lambda part: self.level(part) in ("sigma1", "pi1"))
+
+    def is_fair_obligation(self, node: int) -> bool:
+        """Whether it is one of these and of G F a, F G a with a Boolean: fairness conditions."""
+        return self._is_combination(node, lambda part: self.level(part) in ("sigma1", "pi1") or self._is_fairness(part))
 
     def is_low(self, node: int) -> bool:
         """Whether the node is a Boolean combination of sigma2 and pi2 subformulas, in shape."""
+        return self._is_combination(node, lambda part: bool(self.level(part)))
+
+    def _is_combination(self, node: int, holds: Callable[[int], bool]) -> bool:
         kind, args, _ = self.nodes[node]
-        return bool(self.level(node)) or (kind in "&|" and all(map(self.is_low, args)))
+        return holds(node) or (kind in "&|" and all(self._is_combination(arg, holds) for arg in args))
+
+    def _is_fairness(self, node: int) -> bool:
+        kind, args, _ = self.nodes[node]
+        if kind not in "GF" or self.nodes[args[0]].kind != _DUAL[kind]:
+            return False
+        return self.nodes[self.nodes[args[0]].args[0]].kind == "letters"
 
     def _levels(self, node: int) -> int:
         known = self._level.get(node)

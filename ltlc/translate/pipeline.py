@@ -31,7 +31,6 @@ class Problem(NamedTuple):
     formula: Formula
     """simplified, in negation normal form."""
     aps: tuple[str, ...]
-    acceptance: Acceptance
 
 
 def translate(
@@ -70,18 +69,20 @@ def translate(
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
     budget = Budget(str(formula), max_states, timeout)
-    problem = Problem(nnf(simplify(formula)), propositions(formula), acceptance)
-    if translator != "auto":
-        best = _build(CONSTRUCTIONS[translator], problem, budget)
-    else:
-        best = _best(problem, budget)
+    problem = Problem(nnf(simplify(formula)), propositions(formula))
+    best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
+    if acceptance == "state":
+        best = replace(canonical(to_state_based(best)), translator=best.translator)
     return replace(best, formula=str(formula))
 
 
 def _best(problem: Problem, budget: Budget) -> RabinAutomaton:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
     closure = Closure(problem.formula, problem.aps, budget)
-    names = DIRECT if closure.is_low(closure.root) else (*DIRECT, *INDIRECT)
+    if closure.is_fair_obligation(closure.root):
+        names: tuple[str, ...] = ("product",)
+    else:
+        names = DIRECT if closure.is_low(closure.root) else (*DIRECT, *INDIRECT)
     for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
         best: RabinAutomaton | None = None
         for name in names:
@@ -104,10 +105,7 @@ def _best(problem: Problem, budget: Budget) -> RabinAutomaton:
 def _build(construction: Construction, problem: Problem, budget: Budget) -> RabinAutomaton:
     closure = Closure(problem.formula, problem.aps, budget)
     automaton = rabin_automaton(reduced(construction.build(closure, budget)), closure.letters, budget)
-    automaton = reduce(automaton)
-    if problem.acceptance == "state":
-        automaton = to_state_based(automaton)
-    return replace(canonical(automaton), translator=construction.name)
+    return replace(canonical(reduce(automaton)), translator=construction.name)
 
 
 def _size(automaton: RabinAutomaton) -> tuple[int, int]:

@@ -1,0 +1,38 @@
+"""The examples in the docstrings run."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+
+import pytest
+
+import ltlc.ltl
+
+MODULES = [
+    "diagnosis",
+    "formula",
+    "hierarchy",
+    "implication",
+    "normal",
+    "parser",
+    "printer",
+    "purity",
+    "rewrite",
+    "rule",
+    "rules_boolean",
+    "rules_temporal",
+    "semantics",
+    "words",
+]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_run(name: str) -> None:
+    assert doctest.testmod(importlib.import_module(f"ltlc.ltl.{name}")).failed == 0
+
+
+def test_every_public_name_is_described() -> None:
+    for name in ltlc.ltl.__all__:
+        thing = getattr(ltlc.ltl, name)
+        assert name == "Syntax" or thing.__doc__, name

@@ -1,0 +1,351 @@
+"""Text to formula: syntax, precedence, readings, errors, and no recursion anywhere."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import random
+import time
+import warnings
+from collections.abc import Callable
+
+import pytest
+from random_ltl import random_formula
+
+from ltlc.errors import LtlSyntaxError
+from ltlc.ltl import (
+    FALSE,
+    TRUE,
+    Always,
+    And,
+    Eventually,
+    Formula,
+    Iff,
+    Implies,
+    LtlSyntaxWarning,
+    Next,
+    Not,
+    Or,
+    Proposition,
+    Release,
+    StrongRelease,
+    Until,
+    WeakUntil,
+    Xor,
+    nnf,
+    parse,
+    propositions,
+    read_formulas,
+    simplify,
+)
+
+a, b, c, d = map(Proposition, "abcd")
+
+
+@pytest.mark.parametrize(
+    ("spellings", "formula"),
+    [
+        (["!a", "~a", "not a", "NOT a", "¬a", "! a", "!(a)"], Not(a)),
+        (["a & b", "a && b", "a and b", "a AND b", r"a /\ b", "a ∧ b", "a&b", "(a)and(b)"], And(a, b)),
+        (["a | b", "a || b", "a or b", "a OR b", r"a \/ b", "a ∨ b"], Or(a, b)),
+        (["a -> b", "a => b", "a --> b", "a → b", "a ⇒ b"], Implies(a, b)),
+        (["a <-> b", "a <=> b", "a <--> b", "a ↔ b", "a ⇔ b"], Iff(a, b)),
+        (["a xor b", "a XOR b", "a ^ b", "a ⊕ b"], Xor(a, b)),
+        (["X a", "Xa", "()a", "X(a)", "○a", "◯ a"], Next(a)),
+        (["F a", "Fa", "<>a", "<> a", "◇a", "F(a)", 'F"a"'], Eventually(a)),
+        (["G a", "Ga", "[]a", "[] a", "□a", "G\ta", "G\na"], Always(a)),
+        (["a U b", "(a)U(b)", '"a"U"b"'], Until(a, b)),
+        (["a R b"], Release(a, b)),
+        (["a W b"], WeakUntil(a, b)),
+        (["a M b"], StrongRelease(a, b)),
+        (["true", "TRUE", "True", "1", "t", "⊤"], TRUE),
+        (["false", "FALSE", "False", "0", "f", "⊥"], FALSE),
+        (["FGa", "FG a", "F G a", "<>[]a", "<>G a", "F[]a"], Eventually(Always(a))),
+        (["GFa", "GF(a)", "GF\na", "G<>a"], Always(Eventually(a))),
+        (["G!C", "G !C", "G! C"], Always(Not(Proposition("C")))),
+        (["XXa", "XX a", "X X a", "()()a"], Next(Next(a))),
+        (['FG"x"', 'F G "x"'], Eventually(Always(Proposition("x")))),
+        (["Gtrue", "G 1", "G(true)"], Always(TRUE)),
+    ],
+)
+def test_spellings(spellings: list[str], formula: Formula) -> None:
+    for text in spellings:
+        assert parse(text) is formula, text
+
+
+@pytest.mark.parametrize(
+    ("text", "bracketed"),
+    [
+        ("!a U b", "(!a) U b"),
+        ("F a U b", "(F a) U b"),
+        ("a U F b U c", "a U ((F b) U c)"),
+        ("a U b U c", "a U (b U c)"),
+        ("a W b M c R d", "a W (b M (c R d))"),
+        ("a U b & c", "(a U b) & c"),
+        ("a & b xor c", "(a & b) xor c"),
+        ("a xor b | c", "(a xor b) | c"),
+        ("a xor b xor c", "(a xor b) xor c"),
+        ("a & b | c & d", "(a & b) | (c & d)"),
+        ("a | b -> c", "(a | b) -> c"),
+        ("a -> b -> c", "a -> (b -> c)"),
+        ("a <-> b -> c", "a <-> (b -> c)"),
+        ("a -> b <-> c", "a -> (b <-> c)"),
+        ("G a -> F b", "(G a) -> (F b)"),
+        ("X a & b", "(X a) & b"),
+        ("a & b & c", "(a & b) & c"),
+    ],
+)
+def test_precedence(text: str, bracketed: str) -> None:
+    assert parse(text) is parse(bracketed)
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("F(A & F B) & G!C & FG T", "A B C T"),
+        ("F1 | XG1 | FF0", "F1 G1 F0"),
+        ("FR & GU & FGM", "FR GU FGM"),
+        ("F Ma & FMa & GUb & Ub", "Ma Ub"),
+        ("near_goal.left & x1", "near_goal.left x1"),
+        ("Tür", "Tür"),
+        ("V & T & until & tt", "V T until tt"),
+        ('"and" & "F" & "x>=1.5" & "a b"', "and|F|x>=1.5|a b"),
+    ],
+)
+def test_names(text: str, names: str) -> None:
+    assert propositions(parse(text)) == tuple(names.split("|" if "|" in names else " "))
+
+
+def test_quoted_names_may_hold_anything() -> None:
+    assert parse(r'"say \"hi\" \\ \n"') is Proposition(r'say "hi" \ \n')
+    assert parse('"two\nlines"') is Proposition("two\nlines")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("Goal", "Goal is read as G oal"),
+        ("FGoal | a", "FGoal is read as F G oal"),
+        ("FIRE", "FIRE is read as F IRE"),
+        ("G_home", "G_home is read as G _home"),
+        ("aUb", "aUb is read as one proposition; write a U b"),
+        ("e & f", "f is read as a proposition"),
+        ("s U t", "t is read as a proposition"),
+        ("Xf & g", "f is read as a proposition"),
+    ],
+)
+def test_surprising_readings_are_told(text: str, said: str) -> None:
+    with pytest.warns(LtlSyntaxWarning) as caught:
+        parse(text)
+    assert len(caught) == 1
+    assert said in str(caught[0].message)
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Fa",
+        "FGa & GFb12",
+        "FA",
+        "G(request -> F grant)",
+        "F goal & G!goal & GFgoal",
+        "Gtrue",
+        "isReady",
+        "a & t",
+        "FR",
+        "X1",
+    ],
+)
+def test_usual_readings_are_not(text: str) -> None:
+    parse(text)  # a warning is an error
+
+
+def test_the_letters_t_and_f_are_constants_except_beside_their_neighbors() -> None:
+    assert parse("a U t") is Until(a, TRUE)
+    assert parse("G f") is Always(FALSE)
+    with pytest.warns(LtlSyntaxWarning):
+        assert propositions(parse("F(d & e & f & g)")) == ("d", "e", "f", "g")
+    assert propositions(parse('"t" U "f"')) == ("t", "f")
+
+
+ERRORS = [
+    # text, line, column, words of the message, words of the hint
+    ("", 1, 1, "empty", "true"),
+    (" \n ", 1, 1, "empty", ""),
+    ("(a", 1, 1, "bracket is never closed", "add a closing bracket"),
+    ("F(a & (b | c)", 1, 2, "bracket is never closed", "add a closing bracket"),
+    ("(", 1, 1, "bracket is never closed: expected an operand", ""),
+    ("a)", 1, 2, "closes nothing: expected an operator or the end", "remove it"),
+    ("(a))", 1, 4, "closes nothing", "opening bracket"),
+    (")", 1, 1, "closes nothing: expected an operand", ""),
+    ("a & ( )", 1, 5, "empty brackets", "between them"),
+    ("a &", 1, 3, "'&' (and) has no right operand", "a & b"),
+    ("a & )", 1, 3, "'&' (and) has no right operand", ""),
+    ("a\n& b\n->", 3, 1, "'->' (implication) has no right operand", "a -> b"),
+    ("& a", 1, 1, "'&' (and) has no left operand", "a & b"),
+    ("(| a)", 1, 2, "'|' (or) has no left operand", ""),
+    ("a & | b", 1, 5, "right after '&': expected an operand between", ""),
+    ("a U U b", 1, 5, "'U' (until) stands right after 'U'", '"U"'),
+    ("F", 1, 1, "'F' (eventually) has no operand", '"F"'),
+    ("G & a", 1, 1, "'G' (always) has no operand", '"G"'),
+    ("a U X", 1, 5, "'X' (next) has no operand", '"X"'),
+    ("FG", 1, 2, "'G' (always) has no operand", '"G"'),
+    ("!", 1, 1, "'!' (negation) has no operand", "! a"),
+    ("()", 1, 1, "'()' (next) has no operand", ""),
+    ("R", 1, 1, "'R' (release) has no left operand", '"R"'),
+    ("a W", 1, 3, "'W' (weak until) has no right operand", '"W"'),
+    ("F(M)", 1, 3, "'M' (strong release) has no left operand", '"M"'),
+    ("and", 1, 1, "'and' (and) has no left operand", '"and"'),
+    ("a & not", 1, 5, "'not' (negation) has no operand", '"not"'),
+    ("a b", 1, 3, "'b' stands right after 'a': expected an operator or the end", '"a b"'),
+    ("(a b)", 1, 4, "expected an operator or a closing bracket", ""),
+    ("a (b)", 1, 3, "'(' stands right after 'a'", "put an operator"),
+    ("a !b", 1, 3, "'!' stands right after 'a'", "put an operator"),
+    ("a F b", 1, 3, "'F' stands right after 'a'", ""),
+    ("true false", 1, 6, "'false' stands right after 'true'", ""),
+    ("a until b", 1, 3, "'until' is read as a name", "until is written U"),
+    ("a V b", 1, 3, "'V' is read as a name", "V is written R"),
+    ("a implies b", 1, 3, "'implies' is read as a name", "implies is written ->"),
+    ("always a", 1, 1, "'always' is read as a name", "always is written G"),
+    ("(next a)", 1, 2, "expected an operator or a closing bracket", "next is written X"),
+    ("a Ub", 1, 3, "'Ub' stands right after 'a'", "blank after it: U b"),
+    ("aU b", 1, 4, "'b' stands right after 'aU'", "blank before it: a U"),
+    ("a = b", 1, 3, "'=' is not an operator", "write <-> for equivalence"),
+    ("a == b", 1, 3, "'==' is not an operator", "write <-> for equivalence"),
+    ("a != b", 1, 3, "'!=' is not an operator", "write xor"),
+    ("F x>=10", 1, 4, "'>' is not an operator", '"x>=10"'),
+    ("position_x>-10 & b", 1, 11, "'>' is not an operator", '"position_x>-10"'),
+    ("a < b", 1, 3, "'<' is not an operator", "<> for eventually"),
+    ("x-1", 1, 2, "'-' is not an operator", '"x-1"'),
+    ("a * b", 1, 3, "'*' is not an operator", "write & "),
+    ("a + b", 1, 3, "'+' is not an operator", "write | "),
+    ("a / b", 1, 3, "'/' is not an operator", r"write /\ "),
+    ("a \\ b", 1, 3, "'\\' is not an operator", r"write \/ "),
+    ("a; b", 1, 2, "';' is not an operator", "words have"),
+    ("F[2:3] a", 1, 2, "'[' is not an operator", "no bounds"),
+    ("{a}", 1, 1, "'{' is not an operator", "round brackets"),
+    ("'a'", 1, 1, "''' is not an operator", "double quotes"),
+    ("a # b", 1, 3, "'#' is not an operator", "formula files"),
+    ("50%", 1, 1, "'50' is neither a name nor a constant", '"50"'),
+    ("a & 1st", 1, 5, "'1st' is neither a name nor a constant", '"1st"'),
+    ("a%b", 1, 2, "'%' is not an operator", '"a%b"'),
+    ("$x", 1, 1, "'$' is not an operator", '"$x"'),
+    ("x@home & b", 1, 2, "'@' is not an operator", '"x@home"'),
+    ('a & "b', 1, 5, "quote is never closed", 'another "'),
+    ('a & ""', 1, 5, "at least one character", ""),
+    ("a &\n  b c", 2, 5, "'c' stands right after 'b'", ""),
+]
+
+
+@pytest.mark.parametrize(("text", "line", "column", "message", "hint"), ERRORS, ids=[repr(row[0]) for row in ERRORS])
+def test_errors(text: str, line: int, column: int, message: str, hint: str) -> None:
+    with pytest.raises(LtlSyntaxError) as caught:
+        parse(text)
+    error = caught.value
+    assert (error.line, error.column) == (line, column)
+    assert message in error.message
+    assert hint in error.hint
+    assert error.hint
+    assert error.text == text
+
+
+def test_an_error_shows_the_place() -> None:
+    with pytest.raises(LtlSyntaxError) as caught:
+        parse("G(a ->\n  F b c)")
+    assert str(caught.value).splitlines()[:3] == [
+        "line 2, column 7: 'c' stands right after 'b': expected an operator or a closing bracket",
+        "    F b c)",
+        "        ^",
+    ]
+
+
+def test_character_soup_ends_in_a_formula_or_a_syntax_error() -> None:
+    rng = random.Random(1)
+    pieces = [
+        *"ab()()!&|^UWRMXFGtf10 \"\\'<>[]-=;{}#/~.,\n\t%é∧□",
+        "->",
+        "<->",
+        "true",
+        "and",
+        "not ",
+        "xor",
+        "()",
+        "FG",
+        "U ",
+    ]
+    parsed = 0
+    for _ in range(4000):
+        text = "".join(rng.choice(pieces) for _ in range(rng.randint(0, 12)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LtlSyntaxWarning)
+            try:
+                formula = parse(text)
+            except LtlSyntaxError as error:
+                assert 1 <= error.line <= text.count("\n") + 1
+                assert 1 <= error.column <= len(text) + 1
+                assert error.hint
+                str(error)
+            else:
+                parsed += 1
+                assert parse(str(formula)) is formula
+    assert parsed > 100
+
+
+def test_any_characters_end_in_a_formula_or_a_syntax_error() -> None:
+    rng = random.Random(2)
+    for _ in range(1000):
+        text = "".join(chr(rng.choice((rng.randrange(128), rng.randrange(0x3000)))) for _ in range(rng.randint(0, 8)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LtlSyntaxWarning)
+            try:
+                parse(text)
+            except LtlSyntaxError as error:
+                str(error)
+
+
+def test_formula_files() -> None:
+    text = '# header\nF a\n\n  // nothing\nG "x#1" & b # why\n"a//b" U c // so\n   \nX d'
+    expected = [(2, "F a"), (5, 'G "x#1" & b'), (6, '"a//b" U c'), (8, "X d")]
+    assert list(read_formulas(text)) == expected
+    assert list(read_formulas(text.splitlines(keepends=True))) == expected
+
+
+# --- size -------------------------------------------------------------------------------------------------------------
+
+N = 10_000
+HUGE = {
+    "brackets": "(" * N + "a" + ")" * N,
+    "negations": "!" * N + "a",
+    "next": "X" * N + "a",
+    "mixed unary": "!X" * (N // 2) + "a",
+    "conjunction": " & ".join(f"a{i}" for i in range(N)),
+    "disjunction of F": " | ".join(f"F a{i}" for i in range(N)),
+    "implications": " -> ".join(["a"] * N),
+    "left implications": "(" * N + "a" + " -> b)" * N,
+    "right U": "a U " * N + "b",
+    "left U": "(" * N + "a" + " U b)" * N,
+    "and or": "".join(f"a{i} & (b{i} | " for i in range(N // 2)) + "c" + ")" * (N // 2),
+}
+
+
+@pytest.mark.parametrize("name", HUGE)
+def test_huge_formulas_take_seconds_not_recursion(name: str) -> None:
+    start = time.process_time()
+    formula = parse(HUGE[name])
+    assert parse(str(formula)) is formula
+    assert isinstance(nnf(formula), Formula)
+    simple = simplify(formula)
+    assert isinstance(simple, Formula)
+    assert pickle.loads(pickle.dumps(formula)) is formula
+    assert copy.deepcopy(formula) is copy.copy(formula) is formula
+    del formula, simple
+    assert time.process_time() - start < 20
+
+
+@pytest.mark.parametrize("transfer", [copy.copy, copy.deepcopy, lambda f: pickle.loads(pickle.dumps(f))])
+def test_copies_are_the_same_object(transfer: Callable[[Formula], Formula]) -> None:
+    rng = random.Random(3)
+    for _ in range(50):
+        formula = random_formula(rng, 12)
+        assert transfer(formula) is formula
