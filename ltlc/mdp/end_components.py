@@ -115,9 +115,12 @@ def _strong_components(mdp: ExplicitMDP, rows: IntArray) -> tuple[IntArray, IntA
     states, n_rows = np.unique(mdp.choice_state[rows], return_counts=True)
     local = np.zeros(mdp.n_states, dtype=np.int32)
     local[states] = np.arange(len(states))
-    part: Any = mdp.matrix[rows]
-    start = part.indptr[np.concatenate(([0], np.cumsum(n_rows)))]
-    graph = sparse.csr_array((part.data, local[part.indices], start), shape=(len(states), len(states)))
+    # one row per state; the sparse product also merges parallel edges, on which csgraph would never return
+    own = sparse.csr_array(
+        (np.ones(len(rows)), rows, np.concatenate(([0], np.cumsum(n_rows)))), shape=(len(states), mdp.n_choices)
+    )
+    edges = own @ mdp.matrix
+    graph = sparse.csr_array((edges.data, local[edges.indices], edges.indptr), shape=(len(states), len(states)))
     n_labels, label = csgraph.connected_components(graph, connection="strong")
     return states, label, n_labels
 

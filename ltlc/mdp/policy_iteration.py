@@ -12,7 +12,7 @@ from ltlc.mdp.quotient import collapse
 from ltlc.mdp.reachability import attractor, distance_to
 from ltlc.mdp.value_iteration import Solution
 
-IMPROVEMENT = 1e-12
+IMPROVEMENT = 1e-14
 """An action must be better by this, relative to the values around, to replace the current one: rounding is not."""
 
 
