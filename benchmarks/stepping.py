@@ -41,13 +41,13 @@ class StillVectorEnv(gym.vector.VectorEnv):
         self.never = np.zeros(num_envs, dtype=bool)
         self.time = 0
 
-    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:  # noqa: D102
         return self.zeros, {"labels": self.letters[0]}
 
     def begin_episode(self, mask: Any) -> None:
         """Every step is as good as the first."""
 
-    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:  # noqa: D102
         self.time = (self.time + 1) % 64
         return self.zeros, self.rewards, self.never, self.never, {"labels": self.letters[self.time]}
 

@@ -77,6 +77,16 @@ class Task:
         """The atomic propositions that labels are about."""
         return self.automaton.aps
 
+    @property
+    def discount(self) -> float | None:
+        """The discount of all steps that an episode goes on after, or None where it differs.
+
+        An agent that knows one discount only can learn nothing but a task that has one; the others tell it the
+        discount of each step in `info["ltl"]["discount"]`.
+        """
+        used = np.unique(self.tables.discount[self.tables.stop < 1])
+        return float(used[0]) if len(used) == 1 else None
+
     def __repr__(self) -> str:
         return f"<Task {self.formula or 'of an unnamed language'}: {self.automaton.n_states} states, {self.scheme}>"
 

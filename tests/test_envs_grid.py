@@ -1,3 +1,5 @@
+"""Grid worlds against their exact models, and the models against known probabilities."""
+
 from __future__ import annotations
 
 import warnings
@@ -10,7 +12,16 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-from ltlc.envs import GridWorld, LabelFunction, LTLWrapper, VectorGridWorld, grid_map, labelled_mdp, register_envs, thesis_map
+from ltlc.envs import (
+    GridWorld,
+    LabelFunction,
+    LTLWrapper,
+    VectorGridWorld,
+    grid_map,
+    labelled_mdp,
+    register_envs,
+    thesis_map,
+)
 from ltlc.envs.grid_map import StepSampler
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.mdp import Product, max_satisfaction_probability
@@ -104,7 +115,7 @@ def test_a_miss_is_empty_or_held() -> None:
         env.reset()
         assert env.step(1)[4]["labels"] == seen
         assert env.step(3)[4]["labels"] == set()
-    with pytest.raises(UnknownNameError, match="unknown miss mode 'holdd'. Did you mean hold"):
+    with pytest.raises(UnknownNameError, match=r"unknown miss mode 'holdd'. Did you mean hold"):
         GridWorld(MAP, miss="holdd")
 
 
@@ -219,16 +230,21 @@ def test_frozen_lake_has_its_known_probabilities(formula: str, probability: floa
     assert extra == task.scheme.name
     wrapped = LTLWrapper(lake, task, LAKE, extra_labels="ignore")
     for mdp in (labelled_mdp(lake, LAKE), labelled_mdp(wrapped)):
-        assert max_satisfaction_probability(Product(mdp, task.automaton)).value == pytest.approx(probability, abs=1e-9)
+        assert max_satisfaction_probability(Product(mdp, task.automaton)).probability == pytest.approx(
+            probability, abs=1e-9
+        )
 
 
 def test_other_toy_texts_have_models_too() -> None:
     cliff = gym.make("CliffWalking-v1")
-    names = LabelFunction(lambda s, info: {"goal"} & {"goal" * int(s == 47)} | {"cliff"} & {"cliff" * int(37 <= s < 47)}, ("goal", "cliff"))
+    names = LabelFunction(
+        lambda s, info: {"goal"} & {"goal" * int(s == 47)} | {"cliff"} & {"cliff" * int(37 <= s < 47)},
+        ("goal", "cliff"),
+    )
     mdp = labelled_mdp(cliff, names)
     assert (mdp.n_states, mdp.aps) == (48, ("cliff", "goal"))
-    assert max_satisfaction_probability(Product(mdp, Task("!cliff U goal").automaton)).value == pytest.approx(1)
-    taxi = labelled_mdp(gym.make("Taxi-v3"), lambda state, info: "aboard" if (state // 4) % 5 == 4 else "")
+    assert max_satisfaction_probability(Product(mdp, Task("!cliff U goal").automaton)).probability == pytest.approx(1)
+    taxi = labelled_mdp(gym.make("Taxi-v4"), lambda state, info: "aboard" if (state // 4) % 5 == 4 else "")
     assert taxi.n_states == 500
     assert taxi.start.max() < 0.01
 

@@ -36,7 +36,8 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
     Where the task itself ends an episode, the sub-environment begins a new one when the autoreset mode says so:
     Gymnasium's SyncVectorEnv and AsyncVectorEnv can do so, and so can any vector environment that knows `reset_mask`
     and has a method `begin_episode(mask)`, like `VectorGridWorld`. An AsyncVectorEnv in mode NEXT_STEP makes one step
-    too many there, of which nothing is seen but the random numbers it takes. Vector wrappers that keep statistics of episodes belong outside of this one.
+    too many there, of which nothing is seen but the random numbers it takes. Vector wrappers that keep statistics of
+    episodes belong outside of this one.
 
     Args:
         env: the vector environment.
@@ -71,12 +72,14 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self.labels = labels
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        self._observer = observer(observation, env.single_observation_space, tables.n_states)
-        self.single_observation_space = self._observer.space
+        self.observer = observer(observation, env.single_observation_space, tables.n_states)
+        self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
         self._base_reward = reward
         self._tables = _FlatTables(tables, skip=initial_label == "skip")
-        resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(env.unwrapped, "begin_episode")
+        resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(
+            env.unwrapped, "begin_episode"
+        )
         if self._tables.can_stop and not resettable:
             raise InvalidArgumentError(
                 f"the task can end episodes, but {type(env.unwrapped).__name__} cannot reset single sub-environments "
@@ -110,7 +113,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self._restart_late &= ~mask
         ltl["valid"] = ~mask
         infos["ltl"], infos["_ltl"] = ltl, mask.copy()
-        return self._observer.batch(observations, self._state.copy()), infos
+        return self.observer.batch(observations, self._state.copy()), infos
 
     def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """Step all sub-environments and automata."""
@@ -133,7 +136,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         ltl["valid"] = self._everywhere.copy() if begun is None else ~begun
         rewards = self._rewards(ltl, base_rewards)
         infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
-        return self._observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
+        return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
 
     def _letters(self, observations: Any, infos: dict[str, Any], mask: BoolArray) -> IntArray:
         """Letters of the masked sub-environments; 0 elsewhere."""
@@ -246,7 +249,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         if done.any():
             observations = self._final(observations, infos, ltl, ended, done)
         infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
-        return self._observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
+        return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
 
     def _final(
         self, observations: Any, infos: dict[str, Any], ltl: dict[str, Any], ended: BoolArray, done: BoolArray
@@ -263,7 +266,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
             observations, new_infos = self.env.reset(options={"reset_mask": by_task.copy()})
             merge(infos, new_infos, by_task)
         for i in np.flatnonzero(done):
-            final_obs[i] = self._observer.single(final_obs[i], int(self._state[i]))
+            final_obs[i] = self.observer.single(final_obs[i], int(self._state[i]))
         final_info["ltl"], final_info["_ltl"] = {key: column.copy() for key, column in ltl.items()}, done.copy()
         infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
         infos["final_info"], infos["_final_info"] = final_info, done.copy()
@@ -327,8 +330,9 @@ def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:
             merge(inner, value, mask)
             into[key] = inner
         elif isinstance(value, np.ndarray) and value.shape[:1] == mask.shape:
-            fits = isinstance(old, np.ndarray) and old.shape == value.shape and old.dtype == value.dtype
-            mixed = old.copy() if fits else np.zeros_like(value)
+            mixed = np.zeros_like(value)
+            if isinstance(old, np.ndarray) and old.shape == value.shape and old.dtype == value.dtype:
+                mixed[:] = old
             mixed[mask] = value[mask]
             into[key] = mixed
         else:
