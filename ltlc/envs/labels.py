@@ -233,7 +233,7 @@ class Labeller:
         if label.shape != (n,):
             raise InvalidArgumentError(f"bitmask labels have shape {label.shape}, expected ({n},)")
         if self.vocabulary == self.aps:
-            return label
+            return label.astype(np.int64)
         remap = self._bitmask_remap()
         try:
             return remap.take(label)

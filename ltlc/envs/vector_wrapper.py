@@ -116,7 +116,16 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         return self.observer.batch(observations, self._state.copy()), infos
 
     def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Step all sub-environments and automata."""
+        """Step all sub-environments and automata.
+
+        Raises:
+            InvalidArgumentError: in mode DISABLED, a sub-environment whose episode is over was not reset.
+        """
+        if self._any_finished and self.autoreset_mode == AutoresetMode.DISABLED:
+            raise InvalidArgumentError(
+                f"the episodes of sub-environments {np.flatnonzero(self._finished).tolist()} are over; autoreset is "
+                'disabled, so reset them with options={"reset_mask": ...}'
+            )
         observations, base_rewards, terminated, truncated, infos = self.env.step(actions)
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             return self._finish_same_step(observations, base_rewards, terminated, truncated, infos)
