@@ -93,11 +93,11 @@ def measure(rounds: int) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for name in FORMULAS:
         task = Task(recorded_automaton(name))
-        for mode in ("dict", "none", "index"):
+        for mode in ("dict", "flat", "index", "none"):
             bare, wrapped = best(
                 rounds,
-                single_steps(thesis_world(), 5000),
-                single_steps(LTLWrapper(thesis_world(), task, observation=mode), 5000),
+                single_steps(thesis_world(), 2000),
+                single_steps(LTLWrapper(thesis_world(), task, observation=mode), 2000),
             )
             rows.append(
                 {
@@ -121,7 +121,7 @@ def vector_row(name: str, reward: str, world: str, task: Task, rounds: int) -> d
             return thesis_vector_world("10x10", NUM_ENVS, max_episode_steps=500)
         return StillVectorEnv(NUM_ENVS, task.aps)
 
-    bare, wrapped = best(rounds, vector_steps(make(), 100), vector_steps(LTLVectorWrapper(make(), task), 100))
+    bare, wrapped = best(rounds, vector_steps(make(), 40), vector_steps(LTLVectorWrapper(make(), task), 40))
     return {
         "what": f"LTLVectorWrapper, {name}, {reward}, {world} world",
         "bare_us": bare * 1e6,
@@ -136,7 +136,7 @@ def vector_row(name: str, reward: str, world: str, task: Task, rounds: int) -> d
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--json", type=Path, help="also write the figures to this file")
-    parser.add_argument("--rounds", type=int, default=10, help="rounds per figure; the best counts")
+    parser.add_argument("--rounds", type=int, default=40, help="rounds per figure; the best counts")
     arguments = parser.parse_args()
     rows = measure(arguments.rounds)
     print(f"{'':58} {'bare us':>9} {'wrapped us':>10} {'overhead us':>11} {'automaton steps/s':>18}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
+from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import Formula
 from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables, get_scheme
@@ -58,8 +59,6 @@ class Task:
         if isinstance(formula, RabinAutomaton):
             automaton = formula
         else:
-            from ltlc.compiler import compile  # the translator is not needed for a ready automaton
-
             automaton = compile(formula, acceptance=acceptance, translator=translator)
         if not isinstance(reward, str) and shaping:
             raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")

@@ -213,6 +213,8 @@ def test_wrong_actions_and_sizes_are_explained() -> None:
         GridWorld(MAP, actions=4).step(4)
     with pytest.raises(InvalidArgumentError, match=r"actions must be 2 numbers in 0\.\.4"):
         VectorGridWorld(MAP, 2).step(np.array([0, 5]))
+    with pytest.raises(UnknownNameError, match=r"unknown autoreset mode 'NextStop'. Did you mean NextStep"):
+        VectorGridWorld(MAP, 2, autoreset_mode="NextStop")
     with pytest.raises(InvalidArgumentError, match="num_envs is 0"):
         VectorGridWorld(MAP, 0)
     with pytest.raises(UnknownNameError, match="unknown thesis world '6x6'"):

@@ -271,7 +271,9 @@ def test_what_cannot_be_reset_alone_is_refused_if_the_task_ends_episodes() -> No
 
 def test_finished_sub_environments_must_be_reset_where_autoreset_is_disabled() -> None:
     mode = AutoresetMode.DISABLED
-    env = LTLVectorWrapper(SyncVectorEnv([partial(GridWorld, ("Sa",))] * 2, autoreset_mode=mode), Task("F a", "eventual"))
+    env = LTLVectorWrapper(
+        SyncVectorEnv([partial(GridWorld, ("Sa",))] * 2, autoreset_mode=mode), Task("F a", "eventual")
+    )
     env.reset()
     env.step(np.array([1, 4]))
     with pytest.raises(InvalidArgumentError, match=r"the episodes of sub-environments \[0\] are over"):

@@ -101,4 +101,6 @@ def test_schemes_without_one_can_lose(name: str, scheme: RewardScheme, probabili
 
 @pytest.mark.parametrize("name", TASKS)
 def test_shaping_changes_no_optimal_policy(name: str) -> None:
-    assert satisfied(name, get_scheme("zeta-discount", zeta=0.999, shaping=5.0)) == pytest.approx(TASKS[name][2], abs=1e-5)
+    assert satisfied(name, get_scheme("zeta-discount", zeta=0.999, shaping=5.0)) == pytest.approx(
+        TASKS[name][2], abs=1e-5
+    )

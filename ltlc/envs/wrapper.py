@@ -114,13 +114,12 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         observation, base_reward, terminated, truncated, info = self.env.step(action)
         letter = self.labeller.letter(observation, info)
         index = self._state * self._n_classes + self._classes[letter]
-        row = self._rows.get(index) or self._row(index)
-        self._state, reward, stop = row.next_state, row.reward, row.stop
-        ltl = row.info.copy()
+        self._state, reward, stop, stop_reward, entries = self._rows.get(index) or self._row(index)
+        ltl = entries.copy()
         ltl["label"] = letter
-        if stop > 0 and (stop == 1 or self._chance.draw() < stop):
+        if stop and (stop == 1 or self._chance.draw() < stop):
             terminated = True
-            reward += row.stop_reward
+            reward += stop_reward
             ltl["reward"] = reward
         if self._base_reward == "add":
             reward += float(base_reward)
