@@ -249,7 +249,7 @@ def test_command(
 def test_names_that_look_like_operators(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["compile", "F Goal", "--json"]) == 0
     assert paragraph(capsys.readouterr().err) == (
-        'ltlc: warning: Goal is read as G oal; write that, or "Goal" in quotes for a proposition of that name\n'
+        'ltlc: warning: Goal is read as G oal; write that, or "Goal" in quotes for one proposition\n'
     )
 
 

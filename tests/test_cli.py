@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from ltlc.formats import from_hoa, from_json, read_hoa_stream
 from ltlc.translate import TRANSLATORS
 
 ROOT = Path(__file__).parent.parent
+needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
 PHI_1 = "F(A & F B) & G!C & FG T"
 
 
@@ -85,6 +87,7 @@ class TestCompile:
         ):
             assert fact in out
 
+    @needs_dot
     def test_files_by_suffix(self, capsys: pytest.CaptureFixture[str], folder: Path) -> None:
         names = ["a.json", "a.hoa", "a.dot", "a.mmd", "a.svg", "A.PNG", "a.pdf"]
         assert run(["compile", "F a", *(word for name in names for word in ("-o", name))]) == 0
@@ -94,7 +97,13 @@ class TestCompile:
 
     @pytest.mark.parametrize(
         ("form", "start"),
-        [("hoa", b"HOA: v1"), ("json", b"{"), ("dot", b"digraph"), ("svg", b"<?xml"), ("png", b"\x89")],
+        [
+            ("hoa", b"HOA: v1"),
+            ("json", b"{"),
+            ("dot", b"digraph"),
+            pytest.param("svg", b"<?xml", marks=needs_dot),
+            pytest.param("png", b"\x89", marks=needs_dot),
+        ],
     )
     def test_format_on_standard_output(
         self, form: str, start: bytes, capfdbinary: pytest.CaptureFixture[bytes], folder: Path
@@ -214,6 +223,7 @@ class TestShow:
             summaries.append(summary)
         assert summaries[0] == summaries[1] == summaries[2]
 
+    @needs_dot
     def test_picture(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["show", "F a", "-o", "a.svg"]) == 0
         assert "<svg" in Path("a.svg").read_text()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -14,6 +15,7 @@ from ltlc.automata import RabinAutomaton
 from ltlc.automata.compare import equivalent
 from ltlc.errors import FileFormatError
 from ltlc.formats import from_json, to_json
+from ltlc.version import __version__
 
 ODD_NAMES = ("x < 1", 'say "hi"', "back\\slash", "Goal", "t", "naïve ∧", "new\nline")
 
@@ -204,3 +206,10 @@ def test_transition_marks_are_checked() -> None:
         from_json(json.dumps(document))
     with pytest.raises(FileFormatError, match="n_pairs: too many pairs"):
         from_json(json.dumps(document | {"n_pairs": 10**30}))
+
+
+def test_the_example_of_the_documentation() -> None:
+    page = Path(__file__).parent.parent / "docs" / "formats.md"
+    text = page.read_text("utf-8").split("```json\n")[1].split("```")[0]
+    assert to_json(from_json(text)) == text.replace('"ltlc 0.1.0"', f'"ltlc {__version__}"')
+    schema().validate(json.loads(text))

@@ -162,3 +162,31 @@ def test_formulas_are_immutable_values() -> None:
         to_text(formula, "plane")  # type: ignore[arg-type]
     with pytest.raises(InvalidArgumentError, match="name"):
         Proposition("")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "FGa",
+        "GF a",
+        "G!C",
+        "XXa",
+        'FG"x"',
+        "FG T",
+        "F1 & G0b",
+        "FFU1",
+        "XG1",
+        "FF0",
+        "GF(a)",
+        "FG []a",
+        "GF ()a",
+        "Gtrue & Ffalse",
+        "a xor b & c | d -> e <-> a",
+        "a W b M c U d R e",
+        "a.b & c_d",
+        "F(A & F B) & G!C & FG T",
+    ],
+)
+def test_operator_runs_are_read_as_spot_reads_them(text: str) -> None:
+    spot = pytest.importorskip("spot")
+    assert spot.are_equivalent(spot.formula(text), spot.formula(to_text(parse(text), "spot")))

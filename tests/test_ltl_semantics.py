@@ -120,6 +120,7 @@ def test_agrees_with_spot() -> None:
         (" cycle { a ; b } ", LassoWord([], [{"a"}, {"b"}])),
         ("a & !b;\n1; cycle{true; a & b & c}", LassoWord([{"a"}, set()], [set(), {"a", "b", "c"}])),
         ('"x;1" & "cycle{"; cycle{"}"}', LassoWord([{"x;1", "cycle{"}], [{"}"}])),
+        ("f; !t; cycle{t}", LassoWord([{"f"}, set()], [{"t"}])),
         ("cycle; cycle{a}", LassoWord([{"cycle"}], [{"a"}])),
         ("(a & b); cycle{not c and d}", LassoWord([{"a", "b"}], [{"d"}])),
     ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import pickle
+import shutil
 import types
 from pathlib import Path
 
@@ -102,6 +103,7 @@ def test_text_forms() -> None:
     assert "flowchart" in dra.to_mermaid()
 
 
+@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
 def test_notebooks_get_a_picture() -> None:
     svg = ltlc.compile("F a")._repr_svg_()
     assert svg is not None

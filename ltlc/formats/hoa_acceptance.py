@@ -25,7 +25,7 @@ from ltlc.errors import StateLimitExceeded
 MAX_TERMS = 1024
 """Terms of the largest disjunctive normal form that is built."""
 
-MAX_STATES = 1_000_000
+MAX_STATES = 100_000
 """States of the largest automaton with counters that is built."""
 
 

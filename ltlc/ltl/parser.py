@@ -47,11 +47,24 @@ def parse(text: str) -> Formula:
     Warns:
         LtlSyntaxWarning: what looks like a name was read as operators, as in `Goal`, which is `G oal`.
     """
+    formula, tokens = parse_tokens(text, _decide_letters)
+    warn_of_misreadings(tokens, stacklevel=3)
+    return formula
+
+
+def parse_tokens(
+    text: str, decide: Callable[[list[Token]], list[Token]] = lambda tokens: tokens
+) -> tuple[Formula, list[Token]]:
+    """The formula and the tokens it was read from, after `decide` has changed what they are.
+
+    Raises:
+        LtlSyntaxError: it is not a formula.
+    """
     from lark import UnexpectedCharacters, UnexpectedToken
 
     run = _parser().parse_interactive(text)
     try:
-        tokens = _decide_letters(list(run.lexer_thread.lex(run.parser_state)))  # type: ignore[no-untyped-call]
+        tokens = decide(list(run.lexer_thread.lex(run.parser_state)))  # type: ignore[no-untyped-call]
     except UnexpectedCharacters as error:
         raise explain_character(text, error.pos_in_stream or 0) from None
     unnamed = next((token for token in tokens if token.type == "QUOTED" and token == '""'), None)
@@ -65,12 +78,11 @@ def parse(text: str) -> Formula:
         formula: Formula = run.feed_eof()  # type: ignore[no-untyped-call]
     except UnexpectedToken:
         raise explain_token(text, tokens, fed) from None
-    warn_of_misreadings(tokens, stacklevel=3)
-    return formula
+    return formula, tokens
 
 
 def _decide_letters(tokens: list[Token]) -> list[Token]:
-    """The letters t and f mean true and false, unless a neighbour in the alphabet is a proposition too."""
+    """The letters t and f mean true and false, unless a neighbor in the alphabet is a proposition too."""
     from lark import Token
 
     names = {str(token) for token in tokens if token.type == "NAME"}

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from ltlc.errors import LtlSyntaxError
 from ltlc.ltl.diagnosis import error_at
 from ltlc.ltl.formula import And, Constant, Formula, Not, Proposition
-from ltlc.ltl.parser import parse
+from ltlc.ltl.parser import parse_tokens
 from ltlc.ltl.semantics import LassoWord, Letter
 
 _PIECE = re.compile(r'(?P<mark>cycle\s*\{|[;{}])|(?:"(?:[^"\\]|\\.)*"|(?!cycle\s*\{)[^;{}])+', re.DOTALL)
@@ -19,6 +19,7 @@ def parse_word(text: str) -> LassoWord:
     """Reads a lasso word: letters with `;` between them, at the end those of the cycle in `cycle{...}`.
 
     A letter is a conjunction of literals. Propositions that it does not mention are false; `1` or `true` mentions none.
+    In words, t and f are propositions like any other.
 
     >>> parse_word("a; b; cycle{!a}")
     LassoWord(prefix=(frozenset({'a'}), frozenset({'b'})), cycle=(frozenset(),))
@@ -52,7 +53,7 @@ def parse_word(text: str) -> LassoWord:
 
 def _letter(text: str, start: int, end: int) -> Letter:
     try:
-        formula = parse(text[start:end])
+        formula, _ = parse_tokens(text[start:end])
     except LtlSyntaxError as error:
         lines = text[start:end].split("\n")[: error.line - 1]
         position = start + sum(len(line) + 1 for line in lines) + error.column - 1

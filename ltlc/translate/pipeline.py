@@ -31,6 +31,24 @@ class Problem(NamedTuple):
     formula: Formula
     """simplified, in negation normal form."""
     aps: tuple[str, ...]
+    acceptance: Acceptance
+
+
+class Candidate(NamedTuple):
+    """What a construction found: transition-based, canonically numbered."""
+
+    automaton: RabinAutomaton
+    translator: str
+    weak: bool
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """States, then pairs."""
+        return self.automaton.n_states, self.automaton.n_pairs
+
+    def is_smallest(self) -> bool:
+        """Whether all states have different languages: then no automaton for the language has fewer states."""
+        return self.weak or len(set(equivalent_states(self.automaton).tolist())) == self.automaton.n_states
 
 
 def translate(
@@ -69,14 +87,19 @@ def translate(
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
     budget = Budget(str(formula), max_states, timeout)
-    problem = Problem(nnf(simplify(formula)), propositions(formula))
+    problem = Problem(nnf(simplify(formula)), propositions(formula), acceptance)
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
-    if acceptance == "state":
-        best = replace(canonical(to_state_based(best)), translator=best.translator)
-    return replace(best, formula=str(formula))
+    automaton = best.automaton
+    described = {"formula": str(formula), "translator": best.translator}
+    if acceptance == "transition":
+        return replace(automaton, **described)
+    if best.weak:
+        marks = {"fin": automaton.fin.any(axis=2), "inf": automaton.inf.any(axis=2)}
+        return replace(automaton, acceptance="state", **marks, **described)
+    return replace(canonical(to_state_based(automaton)), **described)
 
 
-def _best(problem: Problem, budget: Budget) -> RabinAutomaton:
+def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
     closure = Closure(problem.formula, problem.aps, budget)
     if closure.is_fair_obligation(closure.root):
@@ -84,34 +107,28 @@ def _best(problem: Problem, budget: Budget) -> RabinAutomaton:
     else:
         names = DIRECT if closure.is_low(closure.root) else (*DIRECT, *INDIRECT)
     for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
-        best: RabinAutomaton | None = None
+        best: Candidate | None = None
         for name in names:
-            cap = limit if best is None else min(limit, _PATIENCE * best.n_states + 100)
+            cap = limit if best is None else min(limit, _PATIENCE * best.automaton.n_states + 100)
             try:
                 found = _build(CONSTRUCTIONS[name], problem, budget.within(cap))
             except StateLimitExceeded:
                 if limit == budget.max_states and best is None and name == names[-1]:
                     raise
                 continue
-            if best is None or _size(found) < _size(best):
+            if best is None or found.size < best.size:
                 best = found
-            if _is_smallest(best):
+            if best.is_smallest():
                 return best
         if best is not None:
             return best
     raise AssertionError("the last round returns or raises")
 
 
-def _build(construction: Construction, problem: Problem, budget: Budget) -> RabinAutomaton:
+def _build(construction: Construction, problem: Problem, budget: Budget) -> Candidate:
     closure = Closure(problem.formula, problem.aps, budget)
-    automaton = rabin_automaton(reduced(construction.build(closure, budget)), closure.letters, budget)
-    return replace(canonical(reduce(automaton)), translator=construction.name)
-
-
-def _size(automaton: RabinAutomaton) -> tuple[int, int]:
-    return automaton.n_states, automaton.n_pairs
-
-
-def _is_smallest(automaton: RabinAutomaton) -> bool:
-    """Whether all states have different languages: then no automaton for the language has fewer states."""
-    return len(set(equivalent_states(automaton).tolist())) == automaton.n_states
+    automaton = reduced(construction.build(closure, budget))
+    arrays = rabin_automaton(automaton, closure.letters, budget)
+    if automaton.is_weak:  # already minimized exactly, and state marks need no further state
+        return Candidate(arrays, construction.name, weak=True)
+    return Candidate(reduce(arrays), construction.name, weak=False)
