@@ -113,7 +113,7 @@ def safely(
 
 
 def sequence(goals: Sequence[str], bad: str | None = None, *, safe_for_ever: bool = False) -> RabinAutomaton:
-    """!bad U (goals[0] & (!bad U (goals[1] & ...))); with `safe_for_ever` the last goal does not lift the ban on bad."""
+    """!bad U (goals[0] & (!bad U (goals[1] & ...))); with `safe_for_ever` the last goal does not lift the ban."""
     n = len(goals)
     aps = [*dict.fromkeys(goals)] + ([bad] if bad else [])
 

@@ -28,8 +28,9 @@ BoolArray = npt.NDArray[np.bool_]
 class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
     """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over them.
 
-    `infos["ltl"]` holds an array per entry. It has one entry more: `valid`, False where this step only began a new
-    episode (autoreset mode NEXT_STEP), so that replay can skip it. In mode SAME_STEP the entries of a finished
+    `infos["ltl"]` holds an array per entry. It has two entries more: `valid`, False where this step only began a new
+    episode (autoreset mode NEXT_STEP), so that replay can skip it; and, after a step, `base_terminated`, whether the
+    environment ended the episode, whatever the task does, so that replay can teach other automaton states. In mode SAME_STEP the entries of a finished
     sub-environment are those of its new episode, and `infos["final_info"]["ltl"]` has those of its last step, to go
     with `infos["final_obs"]`.
 
@@ -75,6 +76,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self.observer = observer(observation, env.single_observation_space, tables.n_states)
         self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+        self.observation_mode = observation
         self._base_reward = reward
         self._tables = _FlatTables(tables, skip=initial_label == "skip")
         resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(
@@ -135,6 +137,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
                 observations, base_rewards, terminated, truncated, infos
             )
         letters = self.labeller.letters(observations, infos, self.num_envs)
+        base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun)
         if stops is not None:
             inner = terminated | truncated
@@ -143,6 +146,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self._finished = terminated | truncated
         self._any_finished = bool(self._finished.any())
         ltl["valid"] = self._everywhere.copy() if begun is None else ~begun
+        ltl["base_terminated"] = base_terminated
         rewards = self._rewards(ltl, base_rewards)
         infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
         return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
@@ -252,6 +256,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         ltl, stops = self._read(letters)
         rewards = self._rewards(ltl, base_rewards)
         ltl["valid"] = self._everywhere.copy()
+        ltl["base_terminated"] = terminated.copy()
         done = terminated | truncated if stops is None else terminated | truncated | stops
         if stops is not None:
             terminated = terminated | stops

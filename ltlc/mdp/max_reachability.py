@@ -102,8 +102,8 @@ def _solve(
     gap = (upper - lower).max()
     if gap > precision:
         raise LimitExceeded(
-            f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, ask for "
-            'less precision, or use method="policy"'
+            f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, "
+            'ask for less precision, or use method="policy"'
         )
     return lower, upper, (lower + upper) / 2, mdp.greedy(gain + mdp.matrix @ lower)
 
@@ -134,7 +134,7 @@ def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray
     it is 0 or 1: so it is where some policies take some 1e10 steps to get anywhere.
     """
     lower, chosen, _ = improve(mdp, gain - _MARGIN, mdp.greedy(gain))
-    value = MarkovChain(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
+    value = MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
     upper: FloatArray = np.ones(mdp.n_states)
     try:
         candidate, _, _ = improve(mdp, gain + _MARGIN, chosen, _PROOF_ROUNDS)

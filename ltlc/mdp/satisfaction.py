@@ -34,7 +34,10 @@ class MaxSatisfaction:
     @property
     def winning(self) -> BoolArray:
         """The product states in an accepting end component, shape (n_states,)."""
-        return np.any([np.zeros(len(self.policy), dtype=np.bool_), *(c.states for c in self.components)], axis=0)
+        won = np.zeros(len(self.policy), dtype=np.bool_)
+        for accepting in self.components:
+            won |= accepting.states
+        return won
 
 
 def max_satisfaction_probability(

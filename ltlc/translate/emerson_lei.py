@@ -49,6 +49,11 @@ class EmersonLei:
         """Number of states."""
         return len(self.edges)
 
+    @property
+    def is_weak(self) -> bool:
+        """Whether each strong component accepts all of its runs or none."""
+        return all(condition in (ALWAYS, NEVER) for condition in self.acceptance)
+
     def successors(self) -> list[list[int]]:
         """Target states of each state."""
         return [[edge.target for edge in edges] for edges in self.edges]
@@ -103,13 +108,13 @@ def explore(
     successors: Callable[[State], Iterable[tuple[int, State, int]]],
     budget: Budget,
 ) -> tuple[list[State], list[list[Edge]]]:
-    """Number the states reachable from `initial` breadth-first, and merge edges with equal target and marks."""
+    """Number the states reachable from `initial` breadth-first, by least letter; merge edges of equal target and marks."""
     number = {initial: 0}
     states = [initial]
     edges: list[list[Edge]] = []
     for state in states:  # grows while it is read
         merged: dict[tuple[int, int], int] = {}
-        for letters, target, marks in successors(state):
+        for letters, target, marks in sorted(successors(state), key=_least_letter):
             index = number.get(target)
             if index is None:
                 index = number[target] = len(states)
@@ -118,6 +123,10 @@ def explore(
             merged[index, marks] = merged.get((index, marks), 0) | letters
         edges.append([Edge(letters, target, marks) for (target, marks), letters in merged.items()])
     return states, edges
+
+
+def _least_letter(move: tuple[int, object, int]) -> int:
+    return move[0] & -move[0]
 
 
 def complement(automaton: EmersonLei) -> EmersonLei:
@@ -190,7 +199,7 @@ def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
 def reduced(automaton: EmersonLei) -> EmersonLei:
     """Quotient by bisimulation with marks, components localized; weak automata are minimized exactly."""
     automaton = localized(automaton)
-    if all(condition in (ALWAYS, NEVER) for condition in automaton.acceptance):
+    if automaton.is_weak:
         return minimized_weak(automaton)
     trivial = _trivial(automaton)
     kind = [() if trivial[q] else condition for q, condition in enumerate(automaton.acceptance)]

@@ -223,7 +223,7 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget) -> 
                 there = memories[component[edge.target]]
                 yield edge.letters, (edge.target, there.start(edge.target)), 0
 
-    n_pairs = max(memory.n_pairs for memory in memories)
+    n_pairs = max(1, *(memory.n_pairs for memory in memories))
     _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
     return _as_arrays(edges, n_pairs, letters)
 
