@@ -304,6 +304,8 @@ class Curve:
     """shape (n,) or (n_runs, n); return, NaN where there is none."""
     optimum: float | None = None
     """exact optimal value, drawn as a dashed line."""
+    learned: FloatArray | None = None
+    """as `y`; exact expected return of the policy learned so far, drawn as the main line if given."""
 
 
 def draw_curves(
@@ -314,7 +316,6 @@ def draw_curves(
     x_label: str,
     y_label: str = "return of an episode (sum of rewards)",
     window: int = 25,
-    logarithmic: bool = False,
 ) -> Path:
     """Draw returns over training: the median of a moving window, and the band from its 10th to its 90th percentile.
 
@@ -325,7 +326,6 @@ def draw_curves(
         x_label: what x is.
         y_label: what y is.
         window: points of x in a window; all runs of a curve count.
-        logarithmic: whether the distance of negative returns from 0 is shown on a logarithmic scale.
 
     Returns:
         The path that was written.
@@ -337,19 +337,8 @@ def draw_curves(
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     for curve, colour in zip(curves, LINES * len(curves), strict=False):
-        low, middle, high = moving_percentiles(np.atleast_2d(curve.y), window)
-        axes.fill_between(curve.x, low, high, color=colour, alpha=0.16, linewidth=0)
-        axes.plot(curve.x, middle, color=colour, linewidth=1.7, label=curve.name)
-        if curve.optimum is not None and np.isfinite(curve.optimum):
-            axes.axhline(
-                curve.optimum,
-                color=colour,
-                linewidth=1.1,
-                linestyle=(0, (5, 3)),
-                label=f"exact optimum {'' if len(curves) == 1 else f'({curve.name}) '}{curve.optimum:.4g}",
-            )
-    if logarithmic:
-        axes.set_yscale("symlog", linthresh=100)
+        _curve(axes, curve, colour, window, alone=len(curves) == 1)
+    _limit(axes, curves)
     axes.set_title(title, loc="left", fontsize=12, fontweight="bold", color=INK, pad=10)
     axes.set_xlabel(x_label, color=INK)
     axes.set_ylabel(y_label, color=INK)
@@ -364,6 +353,32 @@ def draw_curves(
         axes.spines[side].set_color(FAINT)
     axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
     return _saved(figure, path)
+
+
+def _curve(axes: Axes, curve: Curve, colour: str, window: int, *, alone: bool) -> None:
+    low, middle, high = moving_percentiles(np.atleast_2d(curve.y), window)
+    axes.fill_between(curve.x, low, high, color=colour, alpha=0.15, linewidth=0)
+    prefix = "" if alone else f"{curve.name}: "
+    if curve.learned is None:
+        axes.plot(curve.x, middle, color=colour, linewidth=1.7, label=curve.name)
+    else:
+        axes.plot(curve.x, middle, color=colour, linewidth=0.8, alpha=0.6, label=f"{prefix}episodes while exploring")
+        _, best, _ = moving_percentiles(np.atleast_2d(curve.learned), 1)
+        axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}policy learned so far, exact")
+    if curve.optimum is not None and np.isfinite(curve.optimum):
+        text = f"{prefix}exact optimum, {curve.optimum:.4g}"
+        axes.axhline(curve.optimum, color=colour, linewidth=1.1, linestyle=(0, (5, 3)), label=text)
+
+
+def _limit(axes: Axes, curves: Sequence[Curve]) -> None:
+    """Leave the worst returns of the beginning out of the picture where they would squeeze the rest."""
+    shown = np.concatenate([np.ravel(curve.y) for curve in curves])
+    shown = shown[np.isfinite(shown)]
+    if shown.size:
+        best = max([shown.max(), *(curve.optimum for curve in curves if curve.optimum is not None)])
+        worst = np.percentile(shown, 4)
+        if best > worst:
+            axes.set_ylim(worst - 0.05 * (best - worst), best + 0.08 * (best - worst))
 
 
 def moving_percentiles(y: FloatArray, window: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, evaluate, rewards, show, solve, train, translators
+from ltlc.cli import check, compile, evaluate, reproduce, rewards, show, solve, train, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__
@@ -24,16 +24,17 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_ltlc)
-    commands = (
+    for command in (
         compile.compile_,
         show.show,
         check.check,
+        train.train,
+        evaluate.evaluate,
+        solve.solve,
+        reproduce.reproduce,
         translators.translators,
         rewards.rewards,
-        solve.solve,
-        train.train,
-    )
-    for command in (*commands, evaluate.evaluate):
+    ):
         app.command(command.__name__.rstrip("_"))(command)
     return app
 
@@ -49,7 +50,7 @@ def _ltlc(
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
-    """Compile linear temporal logic into deterministic Rabin automata."""
+    """Compile linear temporal logic into automata and rewards, train agents on them, and judge what they learn."""
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -88,6 +89,6 @@ def run(arguments: Sequence[str]) -> int:
 
 def _usage(error: typer.TyperException) -> int:
     context = getattr(error, "ctx", None)
-    message = error.format_message().replace("Value error, ", "")
+    message = error.format_message().replace("Value error, ", "")  # what typer 0.29 quotes from pydantic
     path = context.command_path if context else "ltlc"
     return complain(f"{message} (See: {path} --help)")

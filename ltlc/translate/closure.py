@@ -2,8 +2,8 @@
 
 Three representations carry every construction of this package:
 
-* a **letter set** is a Python integer, bit c = letter class c. Intersection, union and complement are single operations,
-  for four propositions as for twenty.
+* a **letter set** is a Python integer, bit c = letter class c. Intersection, union and complement are single
+  operations, for four propositions as for twenty.
 * an **obligation** is a positive Boolean combination of *atoms* (letter sets and temporal subformulas) in disjunctive
   normal form: a sorted tuple of clauses, each an integer with one bit per atom. Clauses are reduced by syntactic
   implication, so that equal tuples mean propositionally equivalent formulas, and many more are recognised as equal.
@@ -156,25 +156,23 @@ class Closure:
             flat = [a for a in flat if a != unit]
             if zero in flat:
                 return zero
-            flat = [a for a in flat if not any(self._absorbs(kind, b, a, flat) for b in flat)]
-            return self.node(kind, *flat) if flat else unit
+            kept: list[int] = []
+            for a in flat:
+                if not any(self._absorbs(kind, b, a) for b in kept):
+                    kept = [*(b for b in kept if not self._absorbs(kind, a, b)), a]
+            return self.node(kind, *kept) if kept else unit
         last = args[-1]
         if kind in "XFG":
-            return last if last in (true, false) or (kind != "X" and self.nodes[last].kind == kind) else self.node(kind, last)
+            idempotent = kind != "X" and self.nodes[last].kind == kind
+            return last if idempotent or last in (true, false) else self.node(kind, last)
         left, right = args
         if {left, right} & {true, false}:
             return self._folded(kind, left, right, true, false)
         return self.node(kind, left, right)
 
-    def _absorbs(self, kind: str, other: int, node: int, among: list[int]) -> bool:
-        """Whether `node` adds nothing beside `other` in a conjunction or disjunction (the first of two equals stays)."""
-        if other == node:
-            return False
-        implied = self.implies(other, node) if kind == "&" else self.implies(node, other)
-        if not implied:
-            return False
-        equal = self.implies(node, other) if kind == "&" else self.implies(other, node)
-        return not equal or among.index(other) < among.index(node)
+    def _absorbs(self, kind: str, other: int, node: int) -> bool:
+        """Whether `node` adds nothing beside `other` in a conjunction or disjunction."""
+        return self.implies(other, node) if kind == "&" else self.implies(node, other)
 
     def _folded(self, kind: str, left: int, right: int, true: int, false: int) -> int:
         """A binary temporal operator with a constant operand."""
@@ -279,17 +277,19 @@ class Closure:
             self._against.append(0)
         others = bits(self._atoms)
         self._atoms |= 1 << node
-        up = 1 << node
+        up = above = 1 << node
         for other in others:
             if self.implies(node, other):
                 up |= self._up[other]
+            if self.implies(other, node):
+                above |= 1 << other
             a, b = self.nodes[node], self.nodes[other]
             if a.kind == b.kind == "letters" and not a.letters & b.letters:
                 self._against[node] |= 1 << other
                 self._against[other] |= 1 << node
         self._up[node] = up
         for other in others:  # kept transitively closed
-            if self.implies(other, node) or self._up[other] >> node & 1:
+            if self._up[other] & above:
                 self._up[other] |= up
 
     # -- obligations --------------------------------------------------------------------------------------------------
@@ -313,7 +313,7 @@ class Closure:
 
     def both(self, f: Obligation, g: Obligation) -> Obligation:
         """Conjunction."""
-        if f == g or g == TRUE or f == FALSE:
+        if f in (g, FALSE) or g == TRUE:
             return f
         if f == TRUE or g == FALSE:
             return g
@@ -326,7 +326,7 @@ class Closure:
 
     def either(self, f: Obligation, g: Obligation) -> Obligation:
         """Disjunction."""
-        if f == g or g == FALSE or f == TRUE:
+        if f in (g, TRUE) or g == FALSE:
             return f
         if f == FALSE or g == TRUE:
             return g
