@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-IntArray = npt.NDArray[np.int64]
+IntArray = npt.NDArray[np.integer[Any]]
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
 
@@ -198,10 +198,11 @@ def _restricted(automaton: RabinAutomaton, classes: IntArray) -> RabinAutomaton:
     """The automaton on some letter classes; what it does on other letters means nothing."""
     number = np.zeros(automaton.n_classes, dtype=np.int32)
     number[classes] = np.arange(len(classes))
-    marks = {"fin": automaton.fin, "inf": automaton.inf}
+    fin, inf = automaton.fin, automaton.inf
     if automaton.acceptance == "transition":
-        marks = {name: table[:, :, classes] for name, table in marks.items()}
-    return replace(automaton, delta=automaton.delta[:, classes], letter_class=number[automaton.letter_class], **marks)
+        fin, inf = fin[:, :, classes], inf[:, :, classes]
+    letter_class = number[automaton.letter_class]
+    return replace(automaton, delta=automaton.delta[:, classes], letter_class=letter_class, fin=fin, inf=inf)
 
 
 def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: float) -> None:
@@ -394,7 +395,7 @@ def moving_percentiles(y: FloatArray, window: int) -> tuple[FloatArray, FloatArr
     return rows[0], rows[1], rows[2]
 
 
-def _thousands(value: float, _: int) -> str:
+def _thousands(value: float, _: float) -> str:
     return f"{value:,.0f}".replace(",", " ")
 
 
