@@ -269,8 +269,9 @@ def _legend(figure: Figure, board: Board, left: float, size: tuple[float, float]
         entries.append((Line2D([], [], marker="o", linestyle="", color=ARROW, markersize=4), "stay"))
     if some_never:
         entries.append((Patch(facecolor=NEVER, edgecolor=RULE), "never reached"))
-    longest = max(len(text) for _, text in entries)
-    per_row = max(1, min(len(entries), int((size[0] - left) / (0.42 + 0.075 * longest))))
+    widths = [0.42 + 0.075 * len(text) for _, text in entries]
+    room = size[0] - left
+    per_row = len(entries) if sum(widths) <= room else max(1, int(room / max(widths)))
     figure.legend(
         [handle for handle, _ in entries],
         [text for _, text in entries],
@@ -352,7 +353,18 @@ def draw_curves(
         axes.spines[side].set_visible(False)
     for side in ("left", "bottom"):
         axes.spines[side].set_color(FAINT)
-    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
+    handles, texts = axes.get_legend_handles_labels()
+    n_columns = -(-len(texts) // max(len(curves), 1)) if len(texts) > 3 else len(texts)
+    order = [i for column in range(n_columns) for i in range(column, len(texts), n_columns)]  # rows: one per curve
+    figure.legend(
+        [handles[i] for i in order],
+        [texts[i] for i in order],
+        loc="outside lower center",
+        ncols=max(n_columns, 1),
+        frameon=False,
+        fontsize=8.5,
+        labelcolor=INK,
+    )
     return _saved(figure, path)
 
 

@@ -79,11 +79,15 @@ def _draw(thesis: Any, case: str, folder: Path, outcomes: dict[str, list[Any]]) 
     for name, runs in outcomes.items():
         figure = {("case1", "static"): "figure-5.2", ("case1", "dynamic"): "figure-5.3"}.get((case, name))
         path = folder / f"{figure or f'policy-{name}'}.png"
-        pictures.append(thesis.draw_learned(path, runs[0], title=runs[0].experiment.title.capitalize()))
+        pictures.append(thesis.draw_learned(path, runs[0], title=_capital(runs[0].experiment.title)))
     path = folder / ("figure-5.4.png" if case == "case2" else "learning.png")
     title = {"case1": "Case study I", "case2": "Case study II", "runtime": "Run-time comparison"}[case]
     pictures.append(thesis.draw_learning(path, outcomes, title=title))
     return pictures
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _values(outcome: Any) -> dict[str, Any]:
