@@ -83,13 +83,13 @@ def train(
             reward=reward,
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
-            num_envs=num_envs or (1 if config == "thesis" else 64),
+            num_envs=num_envs if num_envs is not None else 1 if config == "thesis" else 64,
             agent=hyperparameters,
         )
         folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed)
         run = _opened(folders, folder, wanted, automaton) if resume else None
         if run is None:
-            folders.RunFolder(folder, wanted, automaton).vector_env().close()  # errors come before anything is written
+            folders.RunFolder(folder, wanted, automaton).check()
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
     raise typer.Exit(_train(run, resume, quiet or json_, json_))
 
@@ -107,22 +107,13 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
     if not (folder / folders.CONFIG_FILE).exists():
         return None
     run = folders.RunFolder.open(folder)
-    before, now = run.config.to_dict(), wanted.to_dict()
-    for values in (before, now):
-        del values["ltlc"]
-        values["agent"] = {key: value for key, value in values["agent"].items() if key not in ("device", "threads")}
-    changed = [key for key in now if json.loads(json.dumps(now[key])) != before[key]]
-    if changed or run.automaton.to_json() != _like(run.automaton, automaton).to_json():
-        what = ", ".join(changed) or "formula"
+    different = run.differs(wanted, automaton)
+    if different:
         raise InvalidArgumentError(
-            f"the run in {folder} has another {what}; go on with it by ltlc train --resume --out {folder}, or give "
-            "another folder"
+            f"the run in {folder} has another {', '.join(different)}; go on with it by ltlc train --resume --out "
+            f"{folder}, or give another folder"
         )
     return run
-
-
-def _like(one: Any, automaton: RabinAutomaton) -> Any:
-    return type(one).of(automaton)
 
 
 def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
