@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ltlc.automata import canonical, simplify_marks, to_state_based
-from ltlc.automata.compare import equivalent_states
+from ltlc.automata.lower_bound import lower_bound
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import MAX_PRODUCT_EDGES, reduce
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, UnknownNameError
@@ -51,7 +51,7 @@ class Candidate(NamedTuple):
     translator: str
     weak: bool
     smallest: bool
-    """whether all states have different languages: then no automaton for the language has fewer states."""
+    """whether no automaton for the language has fewer states, for sure."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -160,13 +160,12 @@ def _build(construction: Construction, problem: Problem, budget: Budget) -> Cand
     automaton = rabin_automaton(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, smallest=True)
-    if _has_distinct_languages(automaton):
-        return Candidate(canonical(simplify_marks(automaton)), construction.name, weak=False, smallest=True)
-    automaton = reduce(automaton)
-    return Candidate(automaton, construction.name, weak=False, smallest=_has_distinct_languages(automaton))
+    smallest = _is_smallest(automaton)
+    automaton = canonical(simplify_marks(automaton)) if smallest else reduce(automaton)
+    return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
 
 
-def _has_distinct_languages(automaton: RabinAutomaton) -> bool:
-    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # would be left undecided
+def _is_smallest(automaton: RabinAutomaton) -> bool:
+    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # too large to know
         return False
-    return int(equivalent_states(automaton, MAX_PRODUCT_EDGES).max()) + 1 == automaton.n_states
+    return lower_bound(automaton) == automaton.n_states
