@@ -19,7 +19,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, MarkedGraph, Some, accepting_parts, accepting_walk, streett
@@ -47,9 +47,15 @@ class CycleGraph(NamedTuple):
 
     edges: MarkedGraph
     """marks: bits 2i and 2i + 1 are Fin and Inf of pair i of the automaton, bit 2 * n_pairs + k is label k."""
-    place: Sequence[int]
-    """the state of the graph that is to carry the condition, per node."""
+    columns: Sequence[Mapping[tuple[int, int], int]]
+    """per node and edge: some column (see `residuals.Part`) that leads along it."""
+    runs: Sequence[tuple[int, int]]
+    """per node: the state of the graph that is to carry the condition, and the state of the automaton."""
     n_pairs: int
+
+    def columns_along(self, walk: Iterable[Edge]) -> tuple[int, ...]:
+        """Columns that lead along a walk."""
+        return tuple(self.columns[source][target, marks] for source, target, marks in walk)
 
     def labels(self) -> int:
         """All labels that occur."""
@@ -61,7 +67,7 @@ class CycleGraph(NamedTuple):
 
     def places(self, labels: int) -> set[int]:
         """The states of the graph on the cycles with exactly these labels."""
-        return {self.place[target] for row in self.within(labels) for target, _ in row}
+        return {self.runs[target][0] for row in self.within(labels) for target, _ in row}
 
     def within(self, labels: int) -> MarkedGraph:
         """The edges with these labels."""
@@ -79,9 +85,9 @@ class CycleGraph(NamedTuple):
 
     def rejected_groups(self, labels: int) -> list[tuple[int, tuple[int, ...]]]:
         """Groups of rejected cycles that hang together by shared states: all labels of the group, and each part's."""
-        groups: list[tuple[set[int], int, tuple[int, ...]]] = []
+        groups: list[tuple[set[int], int, list[int]]] = []
         for nodes, part in self._parts(self.within(labels), streett(self.n_pairs)):
-            places, joint, parts = {self.place[node] for node in nodes}, part, (part,)
+            places, joint, parts = {self.runs[node][0] for node in nodes}, part, [part]
             apart = []
             for group in groups:
                 if places.isdisjoint(group[0]):
@@ -89,7 +95,7 @@ class CycleGraph(NamedTuple):
                 else:
                     places, joint, parts = places | group[0], joint | group[1], group[2] + parts
             groups = [*apart, (places, joint, parts)]
-        return [(joint, parts) for _, joint, parts in groups]
+        return [(joint, tuple(parts)) for _, joint, parts in groups]
 
     def _parts(self, edges: MarkedGraph, condition: Condition) -> Iterator[tuple[tuple[int, ...], int]]:
         for nodes, avoided, _ in accepting_parts(edges, condition):

@@ -9,7 +9,7 @@ for each of the residual automaton, and each of these can be made smallest by it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,9 +62,9 @@ class Part:
         """
         order = [(0, self.residual_of.index(residual_of[0]))]
         number = {order[0]: 0}
-        edges: list[list[tuple[int, int]]] = []
+        columns: list[dict[tuple[int, int], int]] = []
         for place, state in order:  # grows while it is read
-            row: dict[tuple[int, int], None] = {}
+            row: dict[tuple[int, int], int] = {}
             for c, (target, marks) in enumerate(zip(self.delta[state], self.marks[state], strict=True)):
                 if target < 0:
                     continue
@@ -73,9 +73,31 @@ class Part:
                     number[node] = len(order)
                     order.append(node)
                 label = node[0] if on_states else place * self.n_columns + c
-                row[number[node], marks | 1 << 2 * self.n_pairs + label] = None
-            edges.append(list(row))
-        return CycleGraph(edges, [place for place, _ in order], self.n_pairs)
+                row.setdefault((number[node], marks | 1 << 2 * self.n_pairs + label), c)
+            columns.append(row)
+        return CycleGraph(list(map(list, columns)), columns, order, self.n_pairs)
+
+    def after(self, residual: int, columns: Iterable[int]) -> int:
+        """The residual of the part after some columns; -1 once the part is left."""
+        for c in columns:
+            residual = self.step[residual][c] if residual >= 0 else -1
+        return residual
+
+    def accepts(self, residual: int, columns: Sequence[int]) -> bool:
+        """Whether the residual has the word that repeats these columns, which lead back to it."""
+        state = self.residual_of.index(residual)
+        trail: dict[int, int] = {}
+        while state not in trail:
+            source, seen = state, 0
+            for c in columns:
+                seen |= self.marks[state][c]
+                state = self.delta[state][c]
+            trail[source] = seen
+        rounds = list(trail)
+        seen = 0
+        for source in rounds[rounds.index(state) :]:
+            seen |= trail[source]
+        return any(seen >> 2 * i & 3 == 2 for i in range(self.n_pairs))
 
 
 @dataclass(frozen=True, eq=False)
