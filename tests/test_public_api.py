@@ -25,6 +25,7 @@ PROMISED = {
     "Task",
     "__version__",
     "compile",
+    "compile_many",
     "load",
     "parse",
     "parse_word",

@@ -239,9 +239,7 @@ class Search:
         component = graph.strong_components([[t for t in row if t >= 0] for row in step])
         kept = [q for q in range(len(order)) if component[q] == max(component)]
         index = {q: i for i, q in enumerate(kept)} | {-1: -1}
-        return Structure(
-            tuple(order[q][0] for q in kept), tuple(tuple(index[t] for t in step[q]) for q in kept), ()
-        )
+        return Structure(tuple(order[q][0] for q in kept), tuple(tuple(index[t] for t in step[q]) for q in kept), ())
 
     # Words
 
