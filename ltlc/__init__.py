@@ -61,11 +61,13 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"module 'ltlc' has no attribute {name!r}")
-    value = globals()[name] = getattr(_import_module(_HOME[name]), name)
-    return value
+if not TYPE_CHECKING:  # a type checker would take every name for an attribute
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOME:
+            raise AttributeError(f"module 'ltlc' has no attribute {name!r}")
+        value = globals()[name] = getattr(_import_module(_HOME[name]), name)
+        return value
 
 
 def __dir__() -> list[str]:

@@ -76,13 +76,16 @@ class DRA(RabinAutomaton):
         except MissingProgramError:
             return None
 
-    def __str__(self) -> str:
-        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
+    @property
+    def size(self) -> str:
+        """Size and kind for a reader, e.g. "5 states, 1 pair, state-based"."""
         states = "1 state" if self.n_states == 1 else f"{self.n_states} states"
-        return f"DRA of {self.formula or 'an unnamed language'}: {states}, {pairs}, {self.acceptance}-based"
+        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
+        return f"{states}, {pairs}, {self.acceptance}-based"
 
     def __repr__(self) -> str:
-        return f"<{self}>"
+        formula = self.formula or "an unnamed language"
+        return f"<DRA of {formula if len(formula) <= 80 else formula[:77] + '...'}: {self.size}>"
 
 
 def compile(

@@ -96,7 +96,7 @@ def test_save_and_load(suffix: str, tmp_path: Path) -> None:
 
 def test_text_forms() -> None:
     dra = ltlc.compile("F a")
-    assert str(dra) == "DRA of F a: 2 states, 1 pair, state-based"
+    assert repr(dra) == "<DRA of F a: 2 states, 1 pair, state-based>"
     assert dra.to_hoa().startswith("HOA: v1")
     assert dra.to_dot().startswith("digraph")
     assert dra.to_json().startswith("{")

@@ -11,7 +11,7 @@ from ltlc.cli import flags
 from ltlc.cli.batch import compile_file
 from ltlc.cli.inputs import formula_text
 from ltlc.cli.outputs import Format, Output, check_targets, write_targets
-from ltlc.cli.summary import as_data, one_line, print_summary
+from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -77,4 +77,4 @@ def _one(dra: DRA, targets: list[str], form: Format, json_: bool) -> None:
     elif not targets:
         print_summary(dra)
     elif "-" not in targets:
-        print(f"{', '.join(targets)}: {one_line(dra)}")
+        print(f"{', '.join(targets)}: {dra.size}")

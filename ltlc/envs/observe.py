@@ -55,7 +55,7 @@ class _DictObserver(Observer):
         self.space = spaces.Dict({"observation": space, "automaton": spaces.Discrete(n_states)})
 
     def single(self, observation: Any, state: int) -> Any:
-        return {"observation": observation, "automaton": np.int64(state)}
+        return {"observation": observation, "automaton": state}
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         # Key order as in the space, whose constructor sorts.
@@ -90,8 +90,9 @@ class _FlatObserver(Observer):
 class _IndexObserver(Observer):
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         super().__init__(space, n_states)
+        self.start = 0
         if isinstance(space, spaces.Discrete):
-            size = int(space.n)
+            size, self.start = int(space.n), int(space.start)
         elif isinstance(space, spaces.MultiDiscrete) and space.nvec.ndim == 1:
             size = int(np.prod(space.nvec))
         else:
@@ -103,14 +104,14 @@ class _IndexObserver(Observer):
 
     def single(self, observation: Any, state: int) -> Any:
         if isinstance(self.base, spaces.MultiDiscrete):
-            return np.int64(np.ravel_multi_index(observation - self.base.start, self.base.nvec) * self.n_states + state)
-        return np.int64((observation - self.base.start) * self.n_states + state)  # type: ignore[attr-defined]
+            return int(np.ravel_multi_index(observation - self.base.start, self.base.nvec)) * self.n_states + state
+        return (int(observation) - self.start) * self.n_states + state
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         if isinstance(self.base, spaces.MultiDiscrete):
             index = np.ravel_multi_index(tuple((observations - self.base.start).T), self.base.nvec)
         else:
-            index = observations - self.base.start  # type: ignore[attr-defined]
+            index = observations - self.start
         return index * self.n_states + states
 
 

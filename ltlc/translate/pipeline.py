@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
-from ltlc.automata import canonical, to_state_based
-from ltlc.automata.compare import equivalent_states
+import numpy as np
+
+from ltlc.automata import canonical, simplify_marks, to_state_based
+from ltlc.automata.lower_bound import lower_bound
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
-from ltlc.automata.reduce import reduce
+from ltlc.automata.reduce import MAX_PRODUCT_EDGES, reduce
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, nnf, propositions, simplify
 from ltlc.translate.budget import Budget
@@ -17,12 +19,17 @@ from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced
 from ltlc.translate.pairs import rabin_automaton
 
-DIRECT = ("product", "safra", "dual-safra")
-INDIRECT = ("normal-form", "dual-normal-form")
-"""Tried too where the outer Boolean combination has parts above recurrence and persistence."""
+FAIR = ("product",)
+"""Tried for obligations with fairness conditions,"""
+LOW = ("product", "safra", "dual-safra")
+"""for other Boolean combinations of recurrence and persistence formulas,"""
+HIGH = ("normal-form", "dual-normal-form", "safra", "dual-safra", "product")
+"""and for all other formulas; the first is the one that wins most often."""
 _ROUNDS = (500, 10_000)
-_PATIENCE = 4
-"""A further construction is given up once it has this many times the states of the best automaton so far."""
+_PATIENCE = 2
+"""A further construction is given up once it has this many times the states of the best automaton so far,"""
+_SLACK = 60
+"""plus these."""
 
 
 class Problem(NamedTuple):
@@ -31,7 +38,10 @@ class Problem(NamedTuple):
     formula: Formula
     """simplified, in negation normal form."""
     aps: tuple[str, ...]
-    acceptance: Acceptance
+
+    def closure(self, budget: Budget) -> Closure:
+        """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
+        return Closure(self.formula, self.aps, budget)
 
 
 class Candidate(NamedTuple):
@@ -40,15 +50,13 @@ class Candidate(NamedTuple):
     automaton: RabinAutomaton
     translator: str
     weak: bool
+    smallest: bool
+    """whether no automaton for the language has fewer states, for sure."""
 
     @property
     def size(self) -> tuple[int, int]:
         """States, then pairs."""
         return self.automaton.n_states, self.automaton.n_pairs
-
-    def is_smallest(self) -> bool:
-        """Whether all states have different languages: then no automaton for the language has fewer states."""
-        return self.weak or len(set(equivalent_states(self.automaton).tolist())) == self.automaton.n_states
 
 
 def translate(
@@ -87,29 +95,50 @@ def translate(
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
     budget = Budget(str(formula), max_states, timeout)
-    problem = Problem(nnf(simplify(formula)), propositions(formula), acceptance)
+    problem = Problem(nnf(simplify(formula)), propositions(formula))
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
+    automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
+    return replace(automaton, formula=str(formula), translator=best.translator)
+
+
+def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
+    """The candidate with marks on states."""
     automaton = best.automaton
-    described = {"formula": str(formula), "translator": best.translator}
-    if acceptance == "transition":
-        return replace(automaton, **described)
     if best.weak:
-        marks = {"fin": automaton.fin.any(axis=2), "inf": automaton.inf.any(axis=2)}
-        return replace(automaton, acceptance="state", **marks, **described)
-    return replace(canonical(to_state_based(automaton)), **described)
+        return replace(
+            automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
+        )
+    if automaton.n_pairs == 1:
+        return canonical(to_state_based(automaton))
+    # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
+    closure = problem.closure(budget)
+    emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
+    chain = to_state_based(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+    if sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
+        chain = min(to_state_based(automaton), chain, key=lambda a: a.n_states)
+    return canonical(chain)
+
+
+def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
+    """Per state, the different marks with which edges enter it."""
+    marks: list[set[int]] = [set() for _ in range(automaton.n_states)]
+    for targets, row in zip(automaton.delta.tolist(), automaton.edge_marks, strict=True):
+        for target, mark in zip(targets, row, strict=True):
+            marks[target].add(mark)
+    return marks
 
 
 def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
-    closure = Closure(problem.formula, problem.aps, budget)
+    closure = problem.closure(budget)
     if closure.is_fair_obligation(closure.root):
-        names: tuple[str, ...] = ("product",)
+        names: tuple[str, ...] = FAIR
     else:
-        names = DIRECT if closure.is_low(closure.root) else (*DIRECT, *INDIRECT)
+        names = LOW if closure.is_low(closure.root) else HIGH
     for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
         best: Candidate | None = None
         for name in names:
-            cap = limit if best is None else min(limit, _PATIENCE * best.automaton.n_states + 100)
+            cap = limit if best is None else min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
             try:
                 found = _build(CONSTRUCTIONS[name], problem, budget.within(cap))
             except StateLimitExceeded:
@@ -118,7 +147,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                 continue
             if best is None or found.size < best.size:
                 best = found
-            if best.is_smallest():
+            if best.smallest:
                 return best
         if best is not None:
             return best
@@ -126,9 +155,17 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
 
 
 def _build(construction: Construction, problem: Problem, budget: Budget) -> Candidate:
-    closure = Closure(problem.formula, problem.aps, budget)
-    automaton = reduced(construction.build(closure, budget))
-    arrays = rabin_automaton(automaton, closure.letters, budget)
-    if automaton.is_weak:  # already minimized exactly, and state marks need no further state
-        return Candidate(arrays, construction.name, weak=True)
-    return Candidate(reduce(arrays), construction.name, weak=False)
+    closure = problem.closure(budget)
+    emerson_lei = reduced(construction.build(closure, budget))
+    automaton = rabin_automaton(emerson_lei, closure.letters, budget)
+    if emerson_lei.is_weak:  # minimized exactly
+        return Candidate(automaton, construction.name, weak=True, smallest=True)
+    smallest = _is_smallest(automaton)
+    automaton = canonical(simplify_marks(automaton)) if smallest else reduce(automaton)
+    return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
+
+
+def _is_smallest(automaton: RabinAutomaton) -> bool:
+    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # too large to know
+        return False
+    return lower_bound(automaton) == automaton.n_states
