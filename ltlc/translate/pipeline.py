@@ -190,10 +190,12 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     automaton = rabin_automaton(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, smallest=True)
+    budget.check_time()
     smallest = _is_smallest(automaton)
     if smallest:
         automaton = canonical(simplify_marks(automaton))
     else:
+        budget.check_time()
         automaton = reduce(automaton, effort=0) if problem.effort == "fast" else reduce(automaton)
     return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
 
