@@ -124,11 +124,11 @@ class TestTrain:
         assert "has another agent" in capsys.readouterr().err
 
     def test_ctrl_c_and_resume_give_the_same_as_no_interruption(self) -> None:
-        options = ("--steps", "3000", "--num-envs", "4", *SMALL)
+        options = ("--steps", "2400", "--num-envs", "2", "--agent", "train_frequency=8", *SMALL)
         running = process("train", *GRID, *options, "--out", "cut")
         assert running.stdout is not None
         for line in running.stdout:
-            if "1" in line.split(" steps")[0] and " steps  return" in line and int(line.split()[0]) > 1_100:
+            if "1" in line.split(" steps")[0] and " steps  return" in line and int(line.split()[0]) > 1_300:
                 running.send_signal(signal.SIGINT)
                 break
         _, error = running.communicate(timeout=60)

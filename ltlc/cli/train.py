@@ -77,14 +77,22 @@ def train(
         run = folders.RunFolder.open(out)
     else:
         automaton = setting.automaton_of(formula, acceptance, translator)
-        hyperparameters = _hyperparameters(agents, config, agent, steps=steps, seed=seed, device=device)
+        place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
+        num_envs = num_envs if num_envs is not None else 1 if config == "thesis" else 64
+        # A checkpoint begins new episodes, so there must be time for whole ones between two.
+        pace = {
+            "log_every": max(steps // 100, 1),
+            "checkpoint_every": max(steps // 20, num_envs * place.episode_steps, 1),
+        }
+        values = {"total_steps": steps, "seed": seed, "device": device, **pace, **setting.assignments(agent, "--agent")}
+        preset = agents.DQNConfig.thesis() if config == "thesis" else agents.DQNConfig()
         wanted = folders.RunConfig(
-            setting=setting.setting_of(env, labels, env_set, episode_steps, initial_label),
+            setting=place,
             reward=reward,
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
-            num_envs=num_envs if num_envs is not None else 1 if config == "thesis" else 64,
-            agent=hyperparameters,
+            num_envs=num_envs,
+            agent=agents.DQNConfig.from_dict(preset.to_dict() | values),
         )
         folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed)
         run = _opened(folders, folder, wanted, automaton) if resume else None
@@ -92,14 +100,6 @@ def train(
             folders.RunFolder(folder, wanted, automaton).check()
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
     raise typer.Exit(_train(run, resume, quiet or json_, json_))
-
-
-def _hyperparameters(agents: Any, preset: str, changes: list[str] | None, *, steps: int, seed: int, device: str) -> Any:
-    values = setting.assignments(changes, "--agent")
-    given: dict[str, Any] = {"total_steps": steps, "seed": seed, "device": device}
-    given |= {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, 1_000), **values}
-    base = agents.DQNConfig.thesis() if preset == "thesis" else agents.DQNConfig()
-    return agents.DQNConfig.from_dict(base.to_dict() | given)
 
 
 def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
