@@ -173,11 +173,16 @@ def rabin_condition(
     return pairs
 
 
-def smallest_conflict(cycles: CycleGraph, conflict: Conflict) -> Conflict:
-    """A conflict inside this one from which no label can be left out."""
-    for k in range(conflict.accepted.bit_length()):
-        if conflict.accepted >> k & 1:
-            smaller = rabin_condition(cycles, conflict.accepted & ~(1 << k))
+def smallest_conflict(cycles: CycleGraph, conflict: Conflict, columns: Sequence[int]) -> Conflict:
+    """A conflict inside this one from which no column (tried in this order) and no label can be left out."""
+    of_column = dict.fromkeys(columns, 0)
+    for edges in cycles.columns:
+        for (_, marks), c in edges.items():
+            of_column[c] |= marks >> 2 * cycles.n_pairs
+    labels = [1 << k for k in range(conflict.accepted.bit_length())]
+    for group in (*of_column.values(), *labels):
+        if conflict.accepted & group:
+            smaller = rabin_condition(cycles, conflict.accepted & ~group)
             if isinstance(smaller, Conflict):
                 conflict = smaller
     return conflict
