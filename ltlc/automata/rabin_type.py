@@ -22,7 +22,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, MarkedGraph, Some, accepting_parts, accepting_walk, streett
+from ltlc.automata.emptiness import (
+    All,
+    Condition,
+    Edge,
+    Fin,
+    Inf,
+    MarkedGraph,
+    Some,
+    accepting_parts,
+    accepting_walk,
+    streett,
+)
 
 
 class LabelPair(NamedTuple):

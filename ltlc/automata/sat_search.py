@@ -20,11 +20,12 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
-from itertools import combinations, product
+from itertools import combinations, pairwise
 from typing import Any, NamedTuple
 
 from ltlc import graph
-from ltlc.automata.rabin_type import Conflict, LabelPair, rabin_condition, smallest_conflict
+from ltlc.automata.collapse import Structure
+from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
 from ltlc.automata.residuals import Part
 from ltlc.errors import MissingProgramError, TimeLimitExceeded
 
@@ -33,17 +34,6 @@ _CONFLICTS = 2000
 """conflicts after which the solver looks at the clock."""
 
 Row = list[int]
-
-
-class Structure(NamedTuple):
-    """A component that covers a part of the residual automaton."""
-
-    residual_of: tuple[int, ...]
-    """residual of the part, per state."""
-    step: tuple[tuple[int, ...], ...]
-    """per state and column: the next state; -1 where the part is left."""
-    pairs: tuple[LabelPair, ...]
-    """labels as in `Part.cycle_graph`."""
 
 
 class Word(NamedTuple):
@@ -108,6 +98,8 @@ class Search:
             candidate = self._candidate()
             cycles = self.part.cycle_graph(candidate.step, candidate.residual_of, self.on_states)
             found = rabin_condition(cycles)
+            if deadline is not None and time.monotonic() > deadline:
+                raise TimeLimitExceeded("no smaller automaton found, and none excluded, in the time given")
             if not isinstance(found, Conflict):
                 return self._strong(candidate)
             # Short words over few columns exclude most.
@@ -164,7 +156,8 @@ class Search:
         """At most `bound` of the literals are true.
 
         References:
-            C. Sinz: Towards an optimal CNF encoding of Boolean cardinality constraints. CP 2005, doi 10.1007/11564751_73.
+            C. Sinz: Towards an optimal CNF encoding of Boolean cardinality constraints. CP 2005, doi
+            10.1007/11564751_73.
         """
         if len(literals) <= bound:
             return
@@ -187,7 +180,7 @@ class Search:
         """Used copies, and one next copy per copy and column; copies that are not used lead to first copies."""
         for used in self._used:
             self._clause(used[0])
-            for one, following in zip(used, used[1:], strict=False):
+            for one, following in pairwise(used):
                 self._clause(-following, one)
         self._at_most([literal for used in self._used for literal in used[1:]], self.n_extra)
 
