@@ -20,7 +20,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, permutations, product
 from typing import Any, NamedTuple
 
 from ltlc import graph
@@ -32,6 +32,9 @@ from ltlc.errors import MissingProgramError, TimeLimitExceeded
 _SOLVER = "glucose4"
 _CONFLICTS = 2000
 """conflicts after which the solver looks at the clock."""
+
+_MAX_PERMUTED = 4
+"""numbers of copies up to which all permutations are looked at."""
 
 Row = list[int]
 
@@ -80,6 +83,7 @@ class Search:
         self._used = [self._variables(self.n_copies) for _ in part.residuals]
         self._delta: dict[tuple[int, int, int], Row] = {}
         self._active: list[int] = []
+        self._numbered: set[int] = set()
         self._accepted: list[tuple[_Run, dict[int, int]]] = []
         self._rejected: list[_Run] = []
         self._declare()
@@ -200,11 +204,30 @@ class Search:
                 for used, literal in zip(self._used[target], following, strict=True):
                     self._clause(-literal, used)
                 self._clause(self._used[r][i], following[0])
+            if target == r and r not in self._numbered:
+                self._numbered.add(r)
+                self._number_copies(r, column)
         for other in self._active:
             for columns in {(column,), (column, other)}:
                 for residual in range(len(self.part.residuals)):
                     if self.part.after(residual, columns) == residual:
                         self._add(_normal(self.part, residual, columns))
+
+    def _number_copies(self, residual: int, column: int) -> None:
+        """Copies can be permuted: what a column that stays in the residual does with them is the first of its kind."""
+        lead = [self._delta[residual, i, column] for i in range(self.n_copies)]
+        if self.n_copies > _MAX_PERMUTED:
+            for i, literals in enumerate(lead):
+                for literal in literals[i + 2 :]:
+                    self._clause(-literal)
+            return
+        used = [*self._used[residual], -self._true]
+        for n in range(2, self.n_copies + 1):
+            orders = list(permutations(range(n)))
+            for images in product(range(n), repeat=n):
+                if any(_renamed(images, order) < images for order in orders):
+                    steps = (-lead[i][j] for i, j in enumerate(images))
+                    self._clause(-used[n - 1], used[n], *steps)
 
     def _candidate(self) -> Structure:
         """What the solver found; columns that are not active lead to first copies."""
@@ -305,6 +328,14 @@ class Search:
                 self._clause(-literal, -target, following[k])
                 self._clause(-literal, -following[k], target)
         return following
+
+
+def _renamed(images: Sequence[int], order: Sequence[int]) -> tuple[int, ...]:
+    """The function with i renamed to order[i]."""
+    renamed = [0] * len(order)
+    for i, j in enumerate(images):
+        renamed[order[i]] = order[j]
+    return tuple(renamed)
 
 
 def _normal(part: Part, residual: int, columns: Sequence[int]) -> Word:
