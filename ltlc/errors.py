@@ -6,6 +6,7 @@
     ├── InvalidAutomatonError (ValueError) an automaton is not a complete deterministic Rabin automaton
     ├── InvalidArgumentError (ValueError)  an argument is out of range or does not fit the others
     │   └── UnknownNameError               a name is not in a registry; suggests the nearest ones
+    ├── TrainingDiverged                   the loss of a training run is no longer a finite number
     ├── MissingProgramError                an optional program or package is not installed
     └── LimitExceeded                      a budget ran out; nothing was written
         ├── StateLimitExceeded
@@ -78,6 +79,10 @@ class UnknownNameError(InvalidArgumentError):
         near = difflib.get_close_matches(self.name, self.known, n=3)
         advice = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join(self.known)}."
         return f"unknown {self.kind} {self.name!r}. {advice}"
+
+
+class TrainingDiverged(LtlcError):
+    """The loss of a training run is no longer finite. The message says at which step, and what to try."""
 
 
 class MissingProgramError(LtlcError):

@@ -8,6 +8,7 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
+from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import Formula
 from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables, get_scheme
@@ -58,8 +59,6 @@ class Task:
         if isinstance(formula, RabinAutomaton):
             automaton = formula
         else:
-            from ltlc.compiler import compile  # the translator is not needed for a ready automaton
-
             automaton = compile(formula, acceptance=acceptance, translator=translator)
         if not isinstance(reward, str) and shaping:
             raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")
@@ -76,6 +75,16 @@ class Task:
     def aps(self) -> tuple[str, ...]:
         """The atomic propositions that labels are about."""
         return self.automaton.aps
+
+    @property
+    def discount(self) -> float | None:
+        """The discount of all steps that an episode goes on after, or None where it differs.
+
+        An agent that knows one discount only can learn nothing but a task that has one; the others tell it the
+        discount of each step in `info["ltl"]["discount"]`.
+        """
+        used = np.unique(self.tables.discount[self.tables.stop < 1])
+        return float(used[0]) if len(used) == 1 else None
 
     def __repr__(self) -> str:
         return f"<Task {self.formula or 'of an unnamed language'}: {self.automaton.n_states} states, {self.scheme}>"

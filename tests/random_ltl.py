@@ -59,3 +59,51 @@ def random_word(rng: random.Random, names: Sequence[str] = ("a", "b", "c"), long
         return [[name for name in names if rng.random() < 0.5] for _ in range(rng.randint(least, longest))]
 
     return LassoWord(letters(0), letters(1))
+
+
+def random_next_chain(rng: random.Random, names: Sequence[str]) -> Formula:
+    """Operands behind chains of X, joined by any two operators."""
+
+    def part() -> Formula:
+        formula = random_formula(rng, rng.randint(1, 3), names)
+        for _ in range(rng.randint(0, 3)):
+            formula = Next(formula)
+        return formula
+
+    first, second = rng.choice(BINARY), rng.choice(BINARY + SUGAR)
+    return rng.choice((Eventually, Always, Next))(second(first(part(), part()), part()))
+
+
+def random_nesting(rng: random.Random, names: Sequence[str]) -> Formula:
+    """G and F in turns, three or four deep, with an operator between them."""
+    formula = random_formula(rng, rng.randint(1, 3), names)
+    for _ in range(rng.randint(2, 4)):
+        formula = rng.choice((Always, Eventually))(formula)
+        if rng.random() < 0.5:
+            other = random_formula(rng, rng.randint(1, 3), names)
+            formula = rng.choice(BINARY)(*rng.sample([formula, other], 2))
+    return formula
+
+
+def random_task(rng: random.Random, names: Sequence[str]) -> Formula:
+    """What an agent is asked to do: reach and avoid, in sequence, patrol, respond, settle; or two of these."""
+
+    def place() -> Formula:
+        name = Proposition(rng.choice(names))
+        return name if rng.random() < 0.8 else Not(name)
+
+    def sequence(length: int) -> Formula:
+        return Eventually(And(place(), sequence(length - 1)) if length > 1 else place())
+
+    kind = rng.randrange(7)
+    if kind == 0:
+        return And(sequence(rng.randint(1, 3)), Always(Not(place())))
+    if kind == 1:
+        return Until(Not(place()), And(place(), Until(Not(place()), place())))
+    if kind == 2:
+        return And(*(Always(Eventually(place())) for _ in range(rng.randint(1, 3))), Always(Not(place())))
+    if kind == 3:
+        return Always(Implies(place(), rng.choice((Eventually, Next))(And(place(), Eventually(place())))))
+    if kind == 4:
+        return Or(And(Eventually(Always(place())), sequence(2)), Always(Eventually(place())))
+    return rng.choice((And, Or, Implies, Iff))(random_task(rng, names), random_task(rng, names))

@@ -40,7 +40,9 @@ def buchi_automaton(dra: RabinAutomaton, marks: np.ndarray) -> RabinAutomaton:
     )
 
 
-def thesis_step(dra: RabinAutomaton, q: int, letter: int, mode: str, reward: dict[str, float]) -> tuple[float, int, bool]:
+def thesis_step(
+    dra: RabinAutomaton, q: int, letter: int, mode: str, reward: dict[str, float]
+) -> tuple[float, int, bool]:
     """Reward, next state and end of one step, read off the thesis: terminal > deadlock > G > B > rest.
 
     A deadlock has no accepting continuation, so an Inf mark there ends nothing.

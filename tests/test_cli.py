@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -17,6 +16,7 @@ import pytest
 import ltlc
 from ltlc.cli.app import run
 from ltlc.formats import from_hoa, from_json, read_hoa_stream
+from ltlc.rewards import SCHEMES
 from ltlc.translate import TRANSLATORS
 
 ROOT = Path(__file__).parent.parent
@@ -43,6 +43,20 @@ def process(*arguments: str, **options: object) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "ltlc", *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
     return subprocess.Popen(command, env=environment, text=True, **pipes)  # type: ignore[call-overload]
+
+
+def ask(child: subprocess.Popen[str], formula: str) -> str:
+    """Give a batch one more line, and take the automaton that comes out."""
+    assert child.stdin is not None
+    assert child.stdout is not None
+    child.stdin.write(f"{formula}\n")
+    child.stdin.flush()
+    text = ""
+    for line in iter(child.stdout.readline, ""):
+        text += line
+        if line == "--END--\n":
+            break
+    return text
 
 
 def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
@@ -201,13 +215,8 @@ class TestBatch:
 
     def test_each_result_comes_before_the_next_line_is_read(self) -> None:
         child = process("compile", "-F", "-", stdin=subprocess.PIPE)
-        assert child.stdin is not None
-        assert child.stdout is not None
         for formula in ("F a", "G b"):
-            child.stdin.write(f"{formula}\n")
-            child.stdin.flush()
-            text = "".join(iter(child.stdout.readline, "--END--\n"))
-            assert f'name: "{formula}"' in text
+            assert f'name: "{formula}"' in ask(child, formula)
         child.communicate()
         assert child.returncode == 0
 
@@ -259,6 +268,9 @@ class TestCheck:
         assert "G !C" in out
         assert "F G T" not in out
 
+    def test_a_formula_that_could_be_a_file(self) -> None:
+        assert run(["check", " & ".join(["F a.b"] * 100), "--word", "cycle{a.b}"]) == 0
+
     def test_several_words(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["check", "F a", "-w", "cycle{a}", "-w", "cycle{!a}"]) == 1
         assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == ["accepted", "rejected"]
@@ -278,16 +290,19 @@ class TestCheck:
             assert capsys.readouterr().err == f"ltlc: warning: nothing in {source} depends on b\n"
 
 
-def test_translators(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["translators"]) == 0
-    listing = capsys.readouterr().out
-    assert run(["translators", "--json"]) == 0
+@pytest.mark.parametrize(
+    ("command", "registry", "says"), [("translators", TRANSLATORS, "description"), ("rewards", SCHEMES, "guarantee")]
+)
+def test_registries(command: str, registry: dict[str, object], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([command]) == 0
+    listing = capsys.readouterr().out.splitlines()
+    assert run([command, "--json"]) == 0
     entries = json.loads(capsys.readouterr().out)
-    assert [entry["name"] for entry in entries] == list(TRANSLATORS)
+    assert [entry["name"] for entry in entries] == list(registry)
     for entry in entries:
         assert entry["name"] in listing
         assert entry["citation"]
-        assert entry["description"]
+        assert entry[says]
 
 
 class TestProcess:
@@ -313,11 +328,8 @@ class TestProcess:
         child.stderr.close()
 
     def test_interrupted(self, folder: Path) -> None:
-        child = process("compile", "-F", "-", "-o", "all.hoa", stdin=subprocess.PIPE)
-        assert child.stdin is not None
-        child.stdin.write("F a\n")
-        child.stdin.flush()
-        time.sleep(1.5)  # it now waits for the next line
+        child = process("compile", "-F", "-", "-o", "-", "-o", "all.hoa", stdin=subprocess.PIPE)
+        assert ask(child, "F a").endswith("--END--\n")  # and then it waits for the next line
         child.send_signal(signal.SIGINT)
         _, error = child.communicate(timeout=60)
         assert child.returncode == 130

@@ -1,3 +1,5 @@
+"""The automata, worlds and rewards of the thesis against its recorded and exact figures."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -50,7 +52,7 @@ def test_phi_4_is_phi_2_without_its_sink() -> None:
 
 
 def test_unknown_name() -> None:
-    with pytest.raises(UnknownNameError, match="'phi1'. Did you mean phi_1"):
+    with pytest.raises(UnknownNameError, match=r"'phi1'. Did you mean phi_1"):
         recorded_automaton("phi1")
 
 

@@ -1,3 +1,5 @@
+"""The single wrapper against the reward tables, and what it says about wrong labels."""
+
 from __future__ import annotations
 
 import pickle
@@ -85,6 +87,14 @@ def test_acceptance_ends_only_where_it_is_settled_or_asked_for() -> None:
         assert info["ltl"]["accepting"]
         ends[formula, scheme] = terminated
     assert ends == {("F a", "eventual"): True, ("G F a", "eventual"): False, ("G F a", "thesis"): True}
+
+
+def test_a_task_knows_whether_one_discount_will_do() -> None:
+    assert Task("G F a", get_scheme("thesis", gamma=0.9)).discount == 0.9
+    assert Task("G F a", "eventual").discount is None
+    assert "G(F a)" in repr(Task("G F a")) or "G F a" in repr(Task("G F a"))
+    with pytest.raises(InvalidArgumentError, match="wrap a scheme object in Shaped"):
+        Task("G F a", get_scheme("thesis"), shaping=1.0)
 
 
 def test_a_hold_repeats_the_state() -> None:
@@ -278,10 +288,10 @@ def test_labels_come_in_many_shapes(labels: Any, letter: int) -> None:
 
 
 def test_names_are_compared_at_construction() -> None:
-    with pytest.raises(UnknownNameError, match="no label produces it.*'gaol'. Did you mean goal"):
+    with pytest.raises(UnknownNameError, match=r"no label produces it.*'gaol'. Did you mean goal"):
         LTLWrapper(gym.make("ltlc/Grid-v0"), Task("F gaol"))
     always = {"goal": lambda o: True, "wal": lambda o: False}
-    with pytest.raises(UnknownNameError, match="formula does not mention it.*'wal'"):
+    with pytest.raises(UnknownNameError, match=r"formula does not mention it.*'wal'"):
         LTLWrapper(RandomEnv(), Task("F goal"), always)
     LTLWrapper(RandomEnv(), Task("F goal"), always, extra_labels="ignore")
     LTLWrapper(thesis_world(), Task("F A"))  # what an environment declares itself may go unused

@@ -55,7 +55,7 @@ def test_errors_name_the_file(tmp_path: Path) -> None:
         read(path)
     path = tmp_path / "wrong.txt"
     path.write_text("never mind")
-    with pytest.raises(FileFormatError, match="neither JSON .* nor HOA"):
+    with pytest.raises(FileFormatError, match=r"neither JSON .* nor HOA"):
         read(path)
     path.write_bytes(b"HOA: v1 \xff")
     with pytest.raises(FileFormatError, match=r"not UTF-8 text \(byte 8\)"):

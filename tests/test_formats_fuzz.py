@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,11 @@ from ltlc.automata import RabinAutomaton
 from ltlc.errors import FileFormatError, LtlcError
 from ltlc.formats import from_hoa, from_json, read, to_hoa, to_json
 
-HOA_WORDS = (
+HOA_WORDS = re.findall(
+    r"\S+",
     "HOA: v1 States: Start: AP: Alias: Acceptance: acc-name: tool: name: properties: --BODY-- State: --END-- --ABORT-- "
-    '[ ] ( ) { } ! & | t f 0 1 2 17 99999999999 @a @b "a" "b" "" Fin Inf Fin(0) Inf(!1) Rabin v9 /* */ x-y : " \\ é'
-).split()
+    '[ ] ( ) { } ! & | t f 0 1 2 17 99999999999 @a @b "a" "b" "" Fin Inf Fin(0) Inf(!1) Rabin v9 /* */ x-y : " \\ é',
+)
 JSON_VALUES: list[Any] = [
     None,
     True,

@@ -156,6 +156,25 @@ def test_svg_has_the_formula_the_guards_and_the_legend(tmp_path: Path) -> None:
         assert wanted in shown
 
 
+def test_svg_is_not_larger_than_its_frame() -> None:
+    needs_dot()
+    svg = draw(to_dot(three_states()), "svg").decode()
+    frame = re.search(r'width="(\d+)pt" height="(\d+)pt"\s+viewBox="0.00 0.00 ([\d.]+) ([\d.]+)"', svg)
+    assert frame is not None
+    width, height, inner_width, inner_height = map(float, frame.groups())
+    assert width == pytest.approx(inner_width, abs=1)
+    assert height == pytest.approx(inner_height, abs=1)
+    assert "scale(1 1)" in svg
+
+
+def test_png_is_crisp() -> None:
+    needs_dot()
+    width_in_points = re.search(r'width="(\d+)pt"', draw(to_dot(three_states()), "svg").decode())
+    assert width_in_points is not None
+    png = draw(to_dot(three_states()), "png")
+    assert int.from_bytes(png[16:20], "big") > 1.5 * int(width_in_points[1])
+
+
 @pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")])
 def test_pictures(tmp_path: Path, suffix: str, magic: bytes) -> None:
     needs_dot()

@@ -25,6 +25,7 @@ PROMISED = {
     "Task",
     "__version__",
     "compile",
+    "compile_many",
     "load",
     "parse",
     "parse_word",
@@ -62,8 +63,10 @@ def test_signature_of_compile() -> None:
     assert [(p.name, p.default) for p in parameters if p.kind is p.KEYWORD_ONLY] == [
         ("acceptance", "state"),
         ("translator", "auto"),
+        ("effort", "default"),
         ("max_states", 100_000),
         ("timeout", None),
+        ("cache", None),
     ]
 
 
@@ -96,7 +99,7 @@ def test_save_and_load(suffix: str, tmp_path: Path) -> None:
 
 def test_text_forms() -> None:
     dra = ltlc.compile("F a")
-    assert str(dra) == "DRA of F a: 2 states, 1 pair, state-based"
+    assert repr(dra) == "<DRA of F a: 2 states, 1 pair, state-based>"
     assert dra.to_hoa().startswith("HOA: v1")
     assert dra.to_dot().startswith("digraph")
     assert dra.to_json().startswith("{")

@@ -68,9 +68,21 @@ def test_python_block(document: str, body: str, tmp_path: Path, monkeypatch: pyt
     assert doctest.DocTestRunner().run(example, out=report.append).failed == 0, "".join(report)
 
 
+@pytest.mark.parametrize(("document", "body"), blocks("json"))
+def test_automaton_block(document: str, body: str) -> None:
+    import ltlc
+    from ltlc.automata.compare import equivalent
+    from ltlc.formats import from_json, to_json
+
+    automaton = from_json(body)
+    assert to_json(automaton) == body
+    assert automaton.formula is not None
+    assert equivalent(automaton, ltlc.compile(automaton.formula))
+
+
 def test_no_block_goes_untested() -> None:
     languages = {language for document in DOCUMENTS for language, _ in BLOCK.findall(document.read_text("utf-8"))}
-    assert languages <= {"sh", "pycon"}
+    assert languages <= {"sh", "pycon", "json"}
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -1,3 +1,5 @@
+"""Reward schemes against the rules they come from, and the automaton forms they ask for."""
+
 from __future__ import annotations
 
 import itertools
@@ -23,7 +25,9 @@ BUCHI_SCHEMES = ("accept", "zeta-reach", "zeta-discount", "two-discount", "event
 def gf_a(n_pairs: int = 1) -> RabinAutomaton:
     """One state, G F a, with Inf on the letter that has a."""
     marks = np.array([[[False, True]]] * n_pairs)
-    return RabinAutomaton(("a",), [[0, 0]], [0, 1], np.zeros_like(marks), marks, acceptance="transition", formula="GF a")
+    return RabinAutomaton(
+        ("a",), [[0, 0]], [0, 1], np.zeros_like(marks), marks, acceptance="transition", formula="GF a"
+    )
 
 
 def two_pairs() -> RabinAutomaton:
@@ -132,7 +136,7 @@ def test_sadigh_weighs_one_pair() -> None:
         get_scheme("sadigh", pair=5).compile(two_pairs())
 
 
-@pytest.mark.parametrize("name", [name for name in BUCHI_SCHEMES])
+@pytest.mark.parametrize("name", BUCHI_SCHEMES)
 def test_a_missing_form_names_the_schemes_that_would_do(name: str) -> None:
     with pytest.raises(InvalidArgumentError, match=r"FG a \| FG b .* has not; .*thesis, thesis-code"):
         get_scheme(name).compile(two_pairs())
@@ -140,7 +144,9 @@ def test_a_missing_form_names_the_schemes_that_would_do(name: str) -> None:
 
 def test_one_pair_of_no_buchi_form_can_use_parity_rewards() -> None:
     fg = RabinAutomaton(("a",), [[0, 0]], [0, 1], [[[1, 0]]], [[[0, 1]]], acceptance="transition", formula="FG a")
-    with pytest.raises(InvalidArgumentError, match="needs Büchi form.*use one of: thesis, thesis-code, sadigh, accept, parity"):
+    with pytest.raises(
+        InvalidArgumentError, match=r"needs Büchi form.*use one of: thesis, thesis-code, sadigh, accept, parity"
+    ):
         get_scheme("zeta-reach").compile(fg)
     assert get_scheme("parity").compile(fg).reward[0] == pytest.approx((-0.01, 0.0001))
 
@@ -191,7 +197,7 @@ def test_frontier_pays_each_set_once_per_round() -> None:
         state = tables.next_state[state, letter]
         assert tables.automaton_state[state] == letter
     assert paid == [1, 0, 1, 1, 1, 1, 1, 1]
-    with pytest.raises(InvalidArgumentError, match="outside 0..1"):
+    with pytest.raises(InvalidArgumentError, match=r"outside 0..1"):
         Frontier(sets=(frozenset({2}),)).compile(dra)
     with pytest.raises(InvalidArgumentError, match="0 sets"):
         Frontier(sets=())
@@ -263,7 +269,7 @@ def test_every_scheme_introduces_itself() -> None:
 
 @pytest.mark.parametrize(("call", "message"), [
     (lambda: get_scheme("zeta-reech"), "unknown reward scheme 'zeta-reech'. Did you mean zeta-reach"),
-    (lambda: get_scheme("zeta-reach", zetta=0.9), "parameter of reward scheme 'zeta-reach': 'zetta'. Did you mean zeta"),
+    (lambda: get_scheme("zeta-reach", zetta=0.9), "scheme 'zeta-reach': 'zetta'. Did you mean zeta"),
     (lambda: get_scheme("zeta-reach", zeta=1.0), "zeta is 1.0; it must lie strictly between 0 and 1"),
     (lambda: get_scheme("thesis", gamma=1.5), r"gamma is 1.5; it must lie in \(0, 1\]"),
     (lambda: get_scheme("thesis", gamma=float("nan")), "gamma is nan"),

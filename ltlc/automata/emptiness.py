@@ -111,12 +111,22 @@ def holds(condition: Condition, seen: int) -> bool:
     return condition
 
 
+class _Clause(NamedTuple):
+    """No mark of `avoided`, every mark of `needed`, and whenever a mark of a promise then its partner."""
+
+    avoided: int
+    needed: int
+    promises: tuple[tuple[int, int], ...]
+
+
 def accepting_parts(
     edges: MarkedGraph, condition: Condition, components: Iterable[Sequence[int]] | None = None
 ) -> Iterator[AcceptingPart]:
     """Parts that together cover every node, and every edge, that lies on an accepting cycle.
 
-    Exact for every condition, and polynomial for Rabin, for Streett, and for one Rabin pair with Streett.
+    Exact for every condition, and polynomial for Rabin, for Streett, and for one Rabin pair with Streett: the condition
+    is a disjunction of clauses with Streett pairs, and a strong component that breaks a pair is searched again without
+    the edges that ask for its other half.
 
     Args:
         edges: the graph.
@@ -126,26 +136,36 @@ def accepting_parts(
     References:
         C. Baier, F. Blahoudek, A. Duret-Lutz, J. Klein, D. Mueller, J. Strejcek, Generic emptiness check for fun and
         profit, ATVA 2019, doi 10.1007/978-3-030-31784-3_26.
+        E. A. Emerson, C.-L. Lei, Modalities for model checking: branching time logic strikes back, Science of Computer
+        Programming 8, 1987, doi 10.1016/0167-6423(87)90036-0 (Streett pairs).
     """
-    todo = [(nodes, 0, condition) for nodes in ([range(len(edges))] if components is None else components)]
-    todo.reverse()
+    clauses = _clauses(condition)
+    for within in [range(len(edges))] if components is None else components:
+        for nodes, seen in _strong_parts(edges, within, 0):
+            for clause in clauses:
+                if not clause.needed & ~seen:
+                    yield from _clause_parts(edges, nodes, seen, clause)
+
+
+def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: _Clause) -> Iterator[AcceptingPart]:
+    todo = [(nodes, seen, 0)]
     while todo:
-        within, avoided, wanted = todo.pop()
-        for nodes, seen in _strong_parts(edges, within, avoided):
-            here = _restrict(wanted, ~seen, ~seen, 0)
-            if here is False:
-                continue
-            if holds(here, seen):
-                yield AcceptingPart(tuple(nodes), avoided, _needed(here, seen))
-                continue
-            for choice in reversed(here.parts if isinstance(here, Some) else (here,)):
-                required = _required_fins(choice)
-                if required:
-                    todo.append((nodes, avoided | required, _restrict(choice, 0, required, 0)))
+        nodes, seen, avoided = todo.pop()
+        broken = clause.avoided & seen
+        needed = clause.needed
+        for mark, partner in clause.promises:
+            if mark & seen:
+                if partner & seen:
+                    needed |= partner
                 else:
-                    mark = _some_fin(choice)
-                    todo.append((nodes, avoided, _restrict(choice, 0, 0, mark)))
-                    todo.append((nodes, avoided | mark, _restrict(choice, 0, mark, 0)))
+                    broken |= mark
+        if not broken:
+            yield AcceptingPart(tuple(nodes), avoided, needed)
+            continue
+        avoided |= broken
+        for part, marks in _strong_parts(edges, nodes, avoided):
+            if not clause.needed & ~marks:
+                todo.append((part, marks, avoided))
 
 
 def accepting_nodes(
@@ -225,56 +245,25 @@ def _strong_parts(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> Ite
             yield [nodes[i] for i in members], seen
 
 
-def _restrict(condition: Condition, no_inf: int, fin_true: int, fin_false: int) -> Condition:
-    """Replace Inf of marks in `no_inf` by false and Fin by true or false as told, and simplify."""
+def _clauses(condition: Condition) -> list[_Clause]:
+    """Disjunctive normal form, in which Fin(a) | Inf(b) stays whole as a promise."""
     match condition:
-        case Inf(mark):
-            return False if no_inf >> mark & 1 else condition
         case Fin(mark):
-            return True if fin_true >> mark & 1 else False if fin_false >> mark & 1 else condition
-        case All(parts):
-            kept = [_restrict(part, no_inf, fin_true, fin_false) for part in parts]
-            if any(part is False for part in kept):
-                return False
-            kept = [part for part in kept if part is not True]
-            return kept[0] if len(kept) == 1 else All(tuple(kept)) if kept else True
+            return [_Clause(1 << mark, 0, ())]
+        case Inf(mark):
+            return [_Clause(0, 1 << mark, ())]
+        case Some((Inf(partner), Fin(mark))) | Some((Fin(mark), Inf(partner))):
+            return [_Clause(0, 0, ((1 << mark, 1 << partner),))]
         case Some(parts):
-            kept = [_restrict(part, no_inf, fin_true, fin_false) for part in parts]
-            if any(part is True for part in kept):
-                return True
-            kept = [part for part in kept if part is not False]
-            return kept[0] if len(kept) == 1 else Some(tuple(kept)) if kept else False
-    return condition
-
-
-def _needed(condition: Condition, seen: int) -> int:
-    """A small set of the seen marks that satisfies the condition although every mark in it may be taken."""
-    monotone = _restrict(condition, 0, 0, seen)
-    needed = seen
-    for mark in range(seen.bit_length()):
-        if holds(monotone, needed & ~(1 << mark)):
-            needed &= ~(1 << mark)
-    return needed
-
-
-def _required_fins(condition: Condition) -> int:
-    """Fin marks that occur as conjuncts."""
-    if isinstance(condition, Fin):
-        return 1 << condition.mark
-    if isinstance(condition, All):
-        required = 0
-        for part in condition.parts:
-            required |= _required_fins(part)
-        return required
-    return 0
-
-
-def _some_fin(condition: Condition) -> int:
-    """A Fin mark that occurs, as a bit; the condition has one wherever this is asked."""
-    if isinstance(condition, Fin):
-        return 1 << condition.mark
-    if isinstance(condition, All | Some):
-        for part in condition.parts:
-            if found := _some_fin(part):
-                return found
-    return 0
+            return [clause for part in parts for clause in _clauses(part)]
+        case All(parts):
+            result = [_Clause(0, 0, ())]
+            for part in parts:
+                choices = _clauses(part)
+                result = [
+                    _Clause(c.avoided | d.avoided, c.needed | d.needed, c.promises + d.promises)
+                    for c in result
+                    for d in choices
+                ]
+            return result
+    return [_Clause(0, 0, ())] if condition else []

@@ -118,12 +118,12 @@ class CycleGraph(NamedTuple):
             yield nodes, seen >> 2 * self.n_pairs
 
     def accepted_cycle(self, labels: int) -> list[Edge]:
-        """An accepted cycle with exactly these labels, which exists and is reachable from node 0."""
+        """An accepted cycle with exactly these labels, which exists."""
         wanted = self._all_of(labels)
         return self._cycle(labels, Some(tuple(All((*_pair(i).parts, *wanted)) for i in range(self.n_pairs))))
 
     def rejected_cycle(self, labels: int) -> list[Edge]:
-        """A rejected cycle with exactly these labels, which exists and is reachable from node 0."""
+        """A rejected cycle with exactly these labels, which exists."""
         return self._cycle(labels, All((streett(self.n_pairs), *self._all_of(labels))))
 
     def _all_of(self, labels: int) -> list[Inf]:

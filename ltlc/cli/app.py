@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, show, translators
+from ltlc.cli import check, compile, rewards, show, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__
@@ -24,7 +24,7 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_ltlc)
-    for command in (compile.compile_, show.show, check.check, translators.translators):
+    for command in (compile.compile_, show.show, check.check, translators.translators, rewards.rewards):
         app.command(command.__name__.rstrip("_"))(command)
     return app
 
@@ -79,6 +79,6 @@ def run(arguments: Sequence[str]) -> int:
 
 def _usage(error: typer.TyperException) -> int:
     context = getattr(error, "ctx", None)
-    message = error.format_message().replace("Value error, ", "")
+    message = error.format_message().replace("Value error, ", "")  # what typer 0.29 quotes from pydantic
     path = context.command_path if context else "ltlc"
     return complain(f"{message} (See: {path} --help)")

@@ -39,18 +39,20 @@ def check(
       ltlc check "G(a -> F b)" --word "a; b; cycle{!a}"
       ltlc check dra.json -w "cycle{goal}" -w "trap; cycle{goal}"
     """
-    from ltlc.ltl import Formula, parse, parse_word, propositions
+    from ltlc.ltl import Formula, Proposition, parse, parse_word, propositions
 
     given = given_automaton(source)
     subject = parse(given) if isinstance(given, str) else given
     known = propositions(subject) if isinstance(subject, Formula) else subject.aps
     verdicts = []
-    for text in word:
-        lasso = parse_word(sys.stdin.read() if text == "-" else text)
-        strange = sorted({name for letter in lasso.letters for name in letter} - set(known))
+    for argument in word:
+        text = sys.stdin.read() if argument == "-" else argument
+        lasso = parse_word(text)
+        strange = {name for letter in lasso.letters for name in letter} - set(known)
         if strange:
-            complain(f"warning: nothing in {source} depends on {', '.join(strange)}")
-        verdicts.append((str(lasso), *_judge(subject, lasso, known)))
+            names = ", ".join(str(Proposition(name)) for name in sorted(strange))
+            complain(f"warning: nothing in {source} depends on {names}")
+        verdicts.append((" ".join(text.split()), *_judge(subject, lasso, known)))
     if json_:
         entries = [dict(zip(("word", "accepted", "violated"), verdict, strict=True)) for verdict in verdicts]
         print(json.dumps(entries, ensure_ascii=False, indent=2))

@@ -11,7 +11,7 @@ from ltlc.cli import flags
 from ltlc.cli.batch import compile_file
 from ltlc.cli.inputs import formula_text
 from ltlc.cli.outputs import Format, Output, check_targets, write_targets
-from ltlc.cli.summary import as_data, one_line, print_summary
+from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ def compile_(
     ] = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
+    effort: flags.Effort = "default",
     max_states: flags.MaxStates = 100_000,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
@@ -52,7 +53,14 @@ def compile_(
     from ltlc.compiler import compile
 
     def translated(text: str) -> DRA:
-        return compile(text, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
+        return compile(
+            text,
+            acceptance=acceptance,
+            translator=translator,
+            effort=effort,
+            max_states=max_states,
+            timeout=timeout,
+        )
 
     targets = output or (["-"] if form else [])
     if (formula is None) == (formulas is None):
@@ -77,4 +85,4 @@ def _one(dra: DRA, targets: list[str], form: Format, json_: bool) -> None:
     elif not targets:
         print_summary(dra)
     elif "-" not in targets:
-        print(f"{', '.join(targets)}: {one_line(dra)}")
+        print(f"{', '.join(targets)}: {dra.size}")

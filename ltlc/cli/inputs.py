@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ def given_automaton(source: str) -> DRA | str:
     """The automaton in a file, or on standard input; or the text itself, where it is a formula."""
     from ltlc.compiler import DRA, load
 
-    path = Path(source)
     if source == "-":
         text = sys.stdin.read()
         if text.lstrip().startswith("{"):
@@ -33,6 +32,7 @@ def given_automaton(source: str) -> DRA | str:
 
             return DRA.of(from_hoa(text))
         return text
-    if path.suffix.lower() in AUTOMATON_SUFFIXES or (path.suffix and path.is_file()):
-        return load(path)
+    suffix = os.path.splitext(source)[1].lower()
+    if suffix in AUTOMATON_SUFFIXES or (suffix and os.path.isfile(source)):
+        return load(source)
     return source

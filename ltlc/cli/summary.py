@@ -48,15 +48,6 @@ def _hierarchy_class(dra: DRA) -> str | None:
         return None
 
 
-def one_line(dra: DRA) -> str:
-    """Size and kind."""
-    return f"{_count(dra.n_states, 'state')}, {_count(dra.n_pairs, 'pair')}, {dra.acceptance}-based"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
 def print_summary(dra: DRA) -> None:
     """Print the summary to standard output: what it is, then a row per state."""
     from rich.console import Console
@@ -74,12 +65,14 @@ def _facts(dra: DRA) -> Table:
     from rich.table import Table
     from rich.text import Text
 
+    from ltlc.ltl import Proposition
+
     def listed(states: tuple[int, ...], meaning: str) -> str:
         return f"{' '.join(map(str, states))}  ({meaning})" if states else "none"
 
     facts = {
-        "automaton": f"deterministic Rabin, {one_line(dra)}",
-        "propositions": " ".join(dra.aps) or "none",
+        "automaton": f"deterministic Rabin, {dra.size}",
+        "propositions": " ".join(str(Proposition(name)) for name in dra.aps) or "none",
         "letters": f"{2 ** len(dra.aps)}, of which it tells {dra.n_classes} apart",
         "class": _hierarchy_class(dra) or "unknown",
         "translator": dra.translator or "unknown",

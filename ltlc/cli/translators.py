@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-import json
-
 from ltlc.cli import flags
+from ltlc.cli.listing import print_listing
 
 
 def translators(json_: flags.Json = False) -> None:
     """List the constructions that --translator knows, with their sources."""
     from ltlc.translate import TRANSLATORS
 
-    if json_:
-        entries = [
-            {"name": name, "citation": one.citation, "description": one.description}
-            for name, one in TRANSLATORS.items()
-        ]
-        print(json.dumps(entries, ensure_ascii=False, indent=2))
-        return
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    for name, one in TRANSLATORS.items():
-        console.print(Text(name, style="bold"))
-        console.print(Text(f"  {one.description}"))
-        console.print(Text(f"  {one.citation}", style="dim"))
+    entries = [
+        {"name": name, "description": construction.description, "citation": construction.citation}
+        for name, construction in TRANSLATORS.items()
+    ]
+    print_listing(entries, json_)

@@ -80,14 +80,15 @@ class GridWorld(gym.Env[Any, Any]):
         self._observe: Sequence[Any] = range(self.layout.n_cells)
         if observation == "coordinates":
             self._observe = list(self.layout.coordinates)
-        self._names = [
-            frozenset(name for i, name in enumerate(self.propositions) if letter >> i & 1)
-            for letter in range(1 << len(self.propositions))
-        ]
+        self._names = {
+            letter: frozenset(name for i, name in enumerate(self.propositions) if letter >> i & 1)
+            for label in self.layout.cell_labels
+            for letter, _ in label
+        }
         self._moves = _Draw(self.layout.sampler)
         self._first = _Draw(self.layout.start_sampler)
         self._cell = self.layout.start
-        self._letter = 0
+        self._letter = self.layout.cell_labels[self._cell][0][0]
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Go back to the start; `options` are not used."""
@@ -187,6 +188,9 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         self.propositions = self.layout.propositions
         self.num_envs = num_envs
         self.render_mode = render_mode
+        modes = [mode.value for mode in AutoresetMode]
+        if autoreset_mode not in (*modes, *AutoresetMode):
+            raise UnknownNameError("autoreset mode", str(autoreset_mode), modes)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**GridWorld.metadata, "autoreset_mode": self.autoreset_mode}
         self.max_episode_steps = max_episode_steps

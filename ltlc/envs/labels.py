@@ -91,12 +91,13 @@ def _declared_by(env: Any) -> tuple[str, ...] | None:
 
 
 def _from_info(observation: Any, info: dict[str, Any]) -> Any:
-    if "labels" not in info:
+    try:
+        return info["labels"]
+    except KeyError:
         raise InvalidArgumentError(
             f"info has no entry 'labels' (it has: {', '.join(map(repr, info)) or 'nothing'}); "
             "pass labels=..., a function of (observation, info) or a dict of predicates"
-        )
-    return info["labels"]
+        ) from None
 
 
 class _FromPredicates:
@@ -233,7 +234,7 @@ class Labeller:
         if label.shape != (n,):
             raise InvalidArgumentError(f"bitmask labels have shape {label.shape}, expected ({n},)")
         if self.vocabulary == self.aps:
-            return label
+            return label.astype(np.int64)
         remap = self._bitmask_remap()
         try:
             return remap.take(label)

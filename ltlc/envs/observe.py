@@ -55,7 +55,7 @@ class _DictObserver(Observer):
         self.space = spaces.Dict({"observation": space, "automaton": spaces.Discrete(n_states)})
 
     def single(self, observation: Any, state: int) -> Any:
-        return {"observation": observation, "automaton": np.int64(state)}
+        return {"observation": observation, "automaton": state}
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         # Key order as in the space, whose constructor sorts.
@@ -70,6 +70,8 @@ class _FlatObserver(Observer):
             raise InvalidArgumentError(f"observation mode 'flat' cannot flatten {space}; use 'dict'")
         self.dtype = flat.dtype if np.issubdtype(flat.dtype, np.floating) else np.dtype(np.float32)
         self.one_hot = np.eye(n_states, dtype=self.dtype)
+        self.width = flat.shape[0]
+        self.start = int(space.start) if isinstance(space, spaces.Discrete) else 0
         zeros = np.zeros(n_states, dtype=self.dtype)
         self.space = spaces.Box(
             np.concatenate([flat.low.astype(self.dtype), zeros]),
@@ -78,8 +80,15 @@ class _FlatObserver(Observer):
         )
 
     def single(self, observation: Any, state: int) -> Any:
-        flat = observation.ravel() if isinstance(self.base, spaces.Box) else spaces.flatten(self.base, observation)
-        return np.concatenate((flat, self.one_hot[state]), dtype=self.dtype, casting="unsafe")  # type: ignore[call-overload]
+        joint = np.zeros(self.width + self.n_states, dtype=self.dtype)
+        if isinstance(self.base, spaces.Discrete):
+            joint[int(observation) - self.start] = 1
+        elif isinstance(self.base, spaces.Box):
+            joint[: self.width] = observation.ravel()
+        else:
+            joint[: self.width] = spaces.flatten(self.base, observation)  # type: ignore[assignment]
+        joint[self.width + state] = 1
+        return joint
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         n = len(states)
@@ -90,8 +99,9 @@ class _FlatObserver(Observer):
 class _IndexObserver(Observer):
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         super().__init__(space, n_states)
+        self.start = 0
         if isinstance(space, spaces.Discrete):
-            size = int(space.n)
+            size, self.start = int(space.n), int(space.start)
         elif isinstance(space, spaces.MultiDiscrete) and space.nvec.ndim == 1:
             size = int(np.prod(space.nvec))
         else:
@@ -103,14 +113,14 @@ class _IndexObserver(Observer):
 
     def single(self, observation: Any, state: int) -> Any:
         if isinstance(self.base, spaces.MultiDiscrete):
-            return np.int64(np.ravel_multi_index(observation - self.base.start, self.base.nvec) * self.n_states + state)
-        return np.int64((observation - self.base.start) * self.n_states + state)  # type: ignore[attr-defined]
+            return int(np.ravel_multi_index(observation - self.base.start, self.base.nvec)) * self.n_states + state
+        return (int(observation) - self.start) * self.n_states + state
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         if isinstance(self.base, spaces.MultiDiscrete):
             index = np.ravel_multi_index(tuple((observations - self.base.start).T), self.base.nvec)
         else:
-            index = observations - self.base.start  # type: ignore[attr-defined]
+            index = observations - self.start
         return index * self.n_states + states
 
 

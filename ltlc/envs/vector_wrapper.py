@@ -11,13 +11,14 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, Vecto
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 
 from ltlc.automata import RabinAutomaton
+from ltlc.envs.batch import copied, merge, select
 from ltlc.envs.chance import Chances
-from ltlc.envs.grid import VectorGridWorld
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
 from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import Formula
+from ltlc.rewards import RewardTables
 from ltlc.task import Task
 
 IntArray = npt.NDArray[np.int64]
@@ -28,13 +29,17 @@ BoolArray = npt.NDArray[np.bool_]
 class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
     """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over them.
 
-    `infos["ltl"]` holds an array per entry. It has one entry more: `valid`, False where this step only began a new
-    episode (autoreset mode NEXT_STEP), so that replay can skip it. In mode SAME_STEP the entries of a finished
-    sub-environment are those of its new episode, and `infos["final_info"]["ltl"]` has those of its last step, to go
-    with `infos["final_obs"]`.
+    `infos["ltl"]` holds an array per entry. It has two entries more: `valid`, False where this step only began a new
+    episode (autoreset mode NEXT_STEP), so that replay can skip it; and, after a step, `base_terminated`, whether the
+    environment ended the episode, whatever the task does, so that replay can teach other automaton states. In mode
+    SAME_STEP the entries of a finished sub-environment are those of its new episode, and
+    `infos["final_info"]["ltl"]` has those of its last step, to go with `infos["final_obs"]`.
 
-    Where the task itself ends an episode, the sub-environment is told to begin a new one when the autoreset mode says
-    so. Vector wrappers that keep statistics of episodes belong outside of this one.
+    Where the task itself ends an episode, the sub-environment begins a new one when the autoreset mode says so:
+    Gymnasium's SyncVectorEnv and AsyncVectorEnv can do so, and so can any vector environment that knows `reset_mask`
+    and has a method `begin_episode(mask)`, like `VectorGridWorld`. An AsyncVectorEnv in mode NEXT_STEP makes one step
+    too many there, of which nothing is seen but the random numbers it takes. Vector wrappers that keep statistics of
+    episodes belong outside of this one.
 
     Args:
         env: the vector environment.
@@ -69,16 +74,20 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self.labels = labels
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        self._observer = observer(observation, env.single_observation_space, tables.n_states)
-        self.single_observation_space = self._observer.space
+        self.observer = observer(observation, env.single_observation_space, tables.n_states)
+        self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+        self.observation_mode = observation
         self._base_reward = reward
-        self._skip = initial_label == "skip"
-        self._tables = _FlatTables(self.task)
-        if self._tables.can_stop and not isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv | VectorGridWorld):
+        self._tables = _FlatTables(tables, skip=initial_label == "skip")
+        resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(
+            env.unwrapped, "begin_episode"
+        )
+        if self._tables.can_stop and not resettable:
             raise InvalidArgumentError(
-                f"the task can end episodes, but {type(env.unwrapped).__name__} cannot reset single sub-environments; "
-                'make it with vectorization_mode="sync", or use a scheme and on_deadlock that end none'
+                f"the task can end episodes, but {type(env.unwrapped).__name__} cannot reset single sub-environments "
+                '(it has no method begin_episode); make it with vectorization_mode="sync", or use a scheme and an '
+                "on_deadlock that end none"
             )
         n = env.num_envs
         self._chances = Chances(n)
@@ -107,10 +116,19 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self._restart_late &= ~mask
         ltl["valid"] = ~mask
         infos["ltl"], infos["_ltl"] = ltl, mask.copy()
-        return self._observer.batch(observations, self._state.copy()), infos
+        return self.observer.batch(observations, self._state.copy()), infos
 
     def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Step all sub-environments and automata."""
+        """Step all sub-environments and automata.
+
+        Raises:
+            InvalidArgumentError: in mode DISABLED, a sub-environment whose episode is over was not reset.
+        """
+        if self._any_finished and self.autoreset_mode == AutoresetMode.DISABLED:
+            raise InvalidArgumentError(
+                f"the episodes of sub-environments {np.flatnonzero(self._finished).tolist()} are over; autoreset is "
+                'disabled, so reset them with options={"reset_mask": ...}'
+            )
         observations, base_rewards, terminated, truncated, infos = self.env.step(actions)
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             return self._finish_same_step(observations, base_rewards, terminated, truncated, infos)
@@ -120,11 +138,8 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
                 observations, base_rewards, terminated, truncated, infos
             )
         letters = self.labeller.letters(observations, infos, self.num_envs)
+        base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun)
-        if begun is not None:
-            first = self._begin(letters, begun)
-            for key in ltl:
-                ltl[key][begun] = first[key][begun]
         if stops is not None:
             inner = terminated | truncated
             self._schedule(stops & ~inner)
@@ -132,9 +147,10 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self._finished = terminated | truncated
         self._any_finished = bool(self._finished.any())
         ltl["valid"] = self._everywhere.copy() if begun is None else ~begun
+        ltl["base_terminated"] = base_terminated
         rewards = self._rewards(ltl, base_rewards)
         infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
-        return self._observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
+        return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
 
     def _letters(self, observations: Any, infos: dict[str, Any], mask: BoolArray) -> IntArray:
         """Letters of the masked sub-environments; 0 elsewhere."""
@@ -147,62 +163,42 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
 
     def _begin(self, letters: IntArray, mask: BoolArray) -> dict[str, Any]:
         """Put the masked automata at the start of an episode; returns the info of a reset (right where masked)."""
-        tables = self._tables
-        classes = tables.letter_class.take(letters)
-        index = tables.initial_state * tables.n_classes + classes
-        if self._skip:
-            state = np.full(self.num_envs, tables.initial_state, dtype=np.int64)
-            violated = accepting = np.zeros(self.num_envs, dtype=np.bool_)
-        else:
-            state = tables.next_state.take(index)
-            violated, accepting = tables.violated.take(index), tables.accepted.take(index)
-        self._state = np.where(mask, state, self._state)
-        ltl = {
-            "state": self._state.copy(),
-            "label": letters,
-            "letter_class": classes,
-            "reward": np.zeros(self.num_envs),
-            "discount": np.ones(self.num_envs),
-            "violated": violated,
-            "accepting": accepting,
-            "progress": tables.progress.take(self._state),
-        }
+        before = self._state
+        ltl, _ = self._read(letters, self._everywhere)
+        self._state = np.where(mask, self._state, before)
+        ltl["state"] = self._state.copy()
         if self._base_reward == "info":
             ltl["base_reward"] = np.zeros(self.num_envs)
         return ltl
 
-    def _read(self, letters: IntArray, begun: BoolArray | None) -> tuple[dict[str, Any], BoolArray | None]:
-        """One step of all automata: the infos, and which episodes the task ends (never those that just began)."""
+    def _read(self, letters: IntArray, begun: BoolArray | None = None) -> tuple[dict[str, Any], BoolArray | None]:
+        """One letter for all automata, the first one where an episode has begun: infos, and which episodes end."""
         tables = self._tables
         classes = tables.letter_class.take(letters)
-        index = self._state * tables.n_classes
+        state = self._state if begun is None else np.where(begun, tables.before_episode, self._state)
+        index = state * tables.n_classes
         index += classes
-        state = self._state = tables.next_state.take(index)
+        self._state = tables.next_state.take(index)
         reward = tables.reward.take(index)
         stops = None
         if tables.can_stop:
             stops = tables.surely.take(index)
-            if begun is not None:
-                stops &= ~begun
             if tables.by_chance is not None:
                 chance = tables.by_chance.take(index)
-                chance[stops] = 0
-                if begun is not None:
-                    chance[begun] = 0
                 drawn = chance > 0
                 if drawn.any():
                     stops[drawn] = self._chances.draw(drawn) < chance[drawn]
             if tables.stop_pays:
                 reward += np.where(stops, tables.stop_reward.take(index), 0.0)
         ltl = {
-            "state": state.copy(),
+            "state": self._state.copy(),
             "label": letters,
             "letter_class": classes,
             "reward": reward,
             "discount": tables.discount.take(index),
             "violated": tables.violated.take(index),
             "accepting": tables.accepted.take(index),
-            "progress": tables.progress.take(state),
+            "progress": tables.progress.take(self._state),
         }
         return ltl, stops
 
@@ -218,12 +214,12 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         if self.autoreset_mode == AutoresetMode.DISABLED or not mask.any():
             return
         base = self.env.unwrapped
-        if isinstance(base, VectorGridWorld):
-            base.begin_episode(mask)
-        elif isinstance(base, SyncVectorEnv):
+        if isinstance(base, SyncVectorEnv):
             base._autoreset_envs |= mask  # the only door there is to a reset at the next step
-        else:
+        elif isinstance(base, AsyncVectorEnv):
             self._restart_late = mask.copy()
+        else:
+            base.begin_episode(mask)  # type: ignore[attr-defined]
 
     def _restart(
         self,
@@ -258,16 +254,17 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
             letters[chosen] = self.labeller.letters(last, select(infos["final_info"], chosen), len(chosen))
         else:
             letters = self.labeller.letters(observations, infos, self.num_envs)
-        ltl, stops = self._read(letters, None)
+        ltl, stops = self._read(letters)
         rewards = self._rewards(ltl, base_rewards)
         ltl["valid"] = self._everywhere.copy()
+        ltl["base_terminated"] = terminated.copy()
         done = terminated | truncated if stops is None else terminated | truncated | stops
         if stops is not None:
             terminated = terminated | stops
         if done.any():
             observations = self._final(observations, infos, ltl, ended, done)
         infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
-        return self._observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
+        return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
 
     def _final(
         self, observations: Any, infos: dict[str, Any], ltl: dict[str, Any], ended: BoolArray, done: BoolArray
@@ -278,13 +275,13 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         by_task = done & ~ended
         if by_task.any():
             for i in np.flatnonzero(by_task):  # an object array can only be filled one by one
-                final_obs[i] = _copy(select(observations, i))
+                final_obs[i] = copied(select(observations, i))
             own = {key: value for key, value in infos.items() if not key.lstrip("_").startswith("final_")}
-            merge(final_info, _copy(own), by_task)
+            merge(final_info, copied(own), by_task)
             observations, new_infos = self.env.reset(options={"reset_mask": by_task.copy()})
             merge(infos, new_infos, by_task)
         for i in np.flatnonzero(done):
-            final_obs[i] = self._observer.single(final_obs[i], int(self._state[i]))
+            final_obs[i] = self.observer.single(final_obs[i], int(self._state[i]))
         final_info["ltl"], final_info["_ltl"] = {key: column.copy() for key, column in ltl.items()}, done.copy()
         infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
         infos["final_info"], infos["_final_info"] = final_info, done.copy()
@@ -300,56 +297,31 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
 
 
 class _FlatTables:
-    """The reward tables as one-dimensional arrays, indexed by state * n_classes + class."""
+    """The reward tables as one-dimensional arrays, indexed by state * n_classes + class.
 
-    def __init__(self, task: Task) -> None:
-        tables = task.tables
+    One more state, `before_episode`, reads the first letter of an episode: nothing is paid there and nothing ends.
+    """
+
+    def __init__(self, tables: RewardTables, skip: bool) -> None:
+        first = tables.initial_state
         self.n_classes = tables.n_classes
-        self.initial_state = tables.initial_state
+        self.before_episode = tables.n_states
         self.letter_class = tables.letter_class.astype(np.int64)
-        self.next_state = tables.next_state.ravel().astype(np.int64)
-        self.reward = tables.reward.ravel()
-        self.discount = tables.discount.ravel()
-        self.violated = tables.violated.ravel()
-        self.accepted = tables.accepted.ravel()
+        self.next_state = _flat(tables.next_state.astype(np.int64), first if skip else tables.next_state[first])
+        self.reward = _flat(tables.reward, 0.0)
+        self.discount = _flat(tables.discount, 1.0)
+        self.violated = _flat(tables.violated, False if skip else tables.violated[first])
+        self.accepted = _flat(tables.accepted, False if skip else tables.accepted[first])
         self.progress = tables.progress
-        self.stop_reward = tables.stop_reward.ravel()
-        self.surely = tables.terminal.ravel()
-        chance = np.where(self.surely, 0.0, tables.stop.ravel())
+        self.stop_reward = _flat(tables.stop_reward, 0.0)
+        self.surely = _flat(tables.terminal, False)
+        chance = _flat(np.where(tables.terminal, 0.0, tables.stop), 0.0)
         self.by_chance = chance if chance.any() else None
         self.can_stop = bool(tables.stop.any())
         self.stop_pays = bool((tables.stop_reward[tables.stop > 0] != 0).any())
 
 
-def select(tree: Any, chosen: Any) -> Any:
-    """The chosen sub-environments of a batched observation or info; entries that are no arrays stay as they are."""
-    if isinstance(tree, dict):
-        return {key: select(value, chosen) for key, value in tree.items()}
-    if isinstance(tree, tuple):
-        return tuple(select(value, chosen) for value in tree)
-    return tree[chosen] if isinstance(tree, np.ndarray) else tree
-
-
-def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:
-    """Replace the masked entries of batched infos by those of others; arrays are replaced, never written into."""
-    for key, value in new.items():
-        old = into.get(key)
-        if isinstance(value, dict):
-            inner = old if isinstance(old, dict) else {}
-            merge(inner, value, mask)
-            into[key] = inner
-        elif isinstance(value, np.ndarray) and value.shape[:1] == mask.shape:
-            fits = isinstance(old, np.ndarray) and old.shape == value.shape and old.dtype == value.dtype
-            mixed = old.copy() if fits else np.zeros_like(value)
-            mixed[mask] = value[mask]
-            into[key] = mixed
-        else:
-            into[key] = value
-
-
-def _copy(observation: Any) -> Any:
-    if isinstance(observation, dict):
-        return {key: _copy(value) for key, value in observation.items()}
-    if isinstance(observation, tuple):
-        return tuple(_copy(value) for value in observation)
-    return observation.copy() if isinstance(observation, np.ndarray) else observation
+def _flat(table: npt.NDArray[Any], before_episode: Any) -> npt.NDArray[Any]:
+    """A table with the row of `before_episode` below it, as one line."""
+    row = np.broadcast_to(before_episode, table.shape[1:])
+    return np.concatenate([table.ravel(), row]).astype(table.dtype)

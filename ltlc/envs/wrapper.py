@@ -79,8 +79,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         tables = self.task.tables
         self.labels = labels
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
-        self._observer = observer(observation, env.observation_space, tables.n_states)
-        self.observation_space = self._observer.space
+        self.observer = observer(observation, env.observation_space, tables.n_states)
+        self.observation_space = self.observer.space
         self._base_reward = reward
         self._skip = initial_label == "skip"
         self._classes: list[int] = tables.letter_class.tolist()
@@ -107,27 +107,26 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl |= {"violated": False, "accepting": False, "progress": float(self.task.tables.progress[initial])}
         if self._base_reward == "info":
             ltl["base_reward"] = 0.0
-        return self._observer.single(observation, self._state), {**info, "ltl": ltl}
+        return self.observer.single(observation, self._state), {**info, "ltl": ltl}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Step the environment, then the automaton with the label of the state entered."""
         observation, base_reward, terminated, truncated, info = self.env.step(action)
         letter = self.labeller.letter(observation, info)
         index = self._state * self._n_classes + self._classes[letter]
-        row = self._rows.get(index) or self._row(index)
-        self._state, reward, stop = row.next_state, row.reward, row.stop
-        ltl = row.info.copy()
+        self._state, reward, stop, stop_reward, entries = self._rows.get(index) or self._row(index)
+        ltl = entries.copy()
         ltl["label"] = letter
-        if stop > 0 and (stop == 1 or self._chance.draw() < stop):
+        if stop and (stop == 1 or self._chance.draw() < stop):
             terminated = True
-            reward += row.stop_reward
+            reward += stop_reward
             ltl["reward"] = reward
         if self._base_reward == "add":
             reward += float(base_reward)
         elif self._base_reward == "info":
             ltl["base_reward"] = float(base_reward)
         info["ltl"] = ltl
-        return self._observer.single(observation, self._state), reward, terminated, truncated, info
+        return self.observer.single(observation, self._state), reward, terminated, truncated, info
 
     def _row(self, index: int) -> _Row:
         """One entry of the reward tables as plain numbers, kept for the next time."""

@@ -55,8 +55,7 @@ class _Drawing:
         lines = [
             "digraph automaton {",
             f"  graph [rankdir={'LR' if sideways else 'TB'}, nodesep=0.3, ranksep=0.5, pad=0.2, bgcolor=white,",
-            f"         dpi={144 if sideways else 96}, concentrate=false, labelloc=t,",
-            f'         fontname="{_FONT}", fontcolor="{_INK}",',
+            f'         concentrate=false, labelloc=t, fontname="{_FONT}", fontcolor="{_INK}",',
             f"         label=<{self._heading()}>]",
             f"  node [shape=circle, width={0.72 if on_states else 0.5}, margin=0.03, style=filled, fillcolor=white,",
             f'        color="{_INK}", penwidth=1.2, fontname="{_FONT}", fontcolor="{_INK}", fontsize=13]',

@@ -8,13 +8,14 @@ keys, which older readers pass over. What a reader can compute itself (`tool`, `
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ltlc.automata.alphabet import guard_text
-from ltlc.automata.rabin import MAX_APS, Acceptance, RabinAutomaton
+from ltlc.automata.rabin import MAX_APS, Acceptance, BoolArray, IntArray, RabinAutomaton
 from ltlc.errors import FileFormatError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
 from ltlc.version import __version__
@@ -46,7 +47,7 @@ def to_json(automaton: RabinAutomaton) -> str:
         "translator": automaton.translator,
         "acceptance": automaton.acceptance,
         "aps": list(automaton.aps),
-        "initial_state": automaton.initial_state,
+        "initial_state": int(automaton.initial_state),
         "n_states": automaton.n_states,
         "n_pairs": automaton.n_pairs,
     }
@@ -112,26 +113,7 @@ def from_json(text: str) -> RabinAutomaton:
     guards = _guards(transitions, sources, aps)
     _check_complete(document["transitions"], sources, guards, n_states, aps)
     letter_class, edge = tabulate(len(aps), n_states, sources, guards)
-
-    if acceptance == "state":
-        owners, n_marked = document["pairs"].items(), n_states
-        n_pairs = len(owners)
-        document["n_pairs"].check(document["n_pairs"].index() == n_pairs, f"there are {n_pairs} pairs")
-    else:
-        owners, n_marked = transitions, len(transitions)
-        n_pairs = document["n_pairs"].index()
-    document["n_pairs"].check(n_pairs * max(n_marked, edge.size) <= MAX_TABLE, "too many pairs for tables in memory")
-    fin = np.zeros((n_pairs, n_marked), dtype=np.bool_)
-    inf = np.zeros((n_pairs, n_marked), dtype=np.bool_)
-    for i, owner in enumerate(owners):
-        for marks, key in ((fin, "B"), (inf, "G")):
-            for item in owner[key].items():
-                if acceptance == "state":
-                    marks[i, item.index(n_states, "states")] = True
-                else:
-                    marks[item.index(n_pairs, "pairs"), i] = True
-    if acceptance == "transition":
-        fin, inf = fin[:, edge], inf[:, edge]
+    fin, inf = _read_marks(document, acceptance, transitions, edge)
     return RabinAutomaton(
         aps=aps,
         delta=np.array(targets, dtype=np.int32)[edge],
@@ -144,6 +126,30 @@ def from_json(text: str) -> RabinAutomaton:
         state_names=tuple(state["name"].text() for state in states) if all(named) else None,
         translator=document["translator"].text_or_none() if document.has("translator") else None,
     )
+
+
+def _read_marks(
+    document: _Node, acceptance: Acceptance, transitions: list[_Node], edge: IntArray
+) -> tuple[BoolArray, BoolArray]:
+    """Fin and inf; `edge` is the transition taken from each state on each letter class."""
+    on_states = acceptance == "state"
+    n_states = len(edge)
+    owners = document["pairs"].items() if on_states else transitions
+    n_pairs = document["n_pairs"].index()
+    if on_states:
+        document["n_pairs"].check(n_pairs == len(owners), f"there are {len(owners)} pairs")
+    n_marked = n_states if on_states else len(transitions)
+    document["n_pairs"].check(n_pairs * max(n_marked, edge.size) <= MAX_TABLE, "too many pairs for tables in memory")
+    fin = np.zeros((n_pairs, n_marked), dtype=np.bool_)
+    inf = np.zeros((n_pairs, n_marked), dtype=np.bool_)
+    for i, owner in enumerate(owners):
+        for marks, key in ((fin, "B"), (inf, "G")):
+            for item in owner[key].items():
+                if on_states:
+                    marks[i, item.index(n_states, "states")] = True
+                else:
+                    marks[item.index(n_pairs, "pairs"), i] = True
+    return (fin, inf) if on_states else (fin[:, edge], inf[:, edge])
 
 
 def _load(text: str) -> object:
@@ -160,8 +166,7 @@ def _load(text: str) -> object:
 def _object(members: list[tuple[str, object]]) -> dict[str, object]:
     result = dict(members)
     if len(result) < len(members):
-        keys = [key for key, _ in members]
-        twice = next(key for key in keys if keys.count(key) > 1)
+        twice = Counter(key for key, _ in members).most_common(1)[0][0]
         raise ValueError(f"the key {twice!r} occurs twice in one object")
     return result
 

@@ -11,6 +11,7 @@ from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.dot import to_dot
 
 PICTURES = (".svg", ".png", ".pdf")
+_PNG_RESOLUTION = 120
 
 
 def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_deadlock: bool = False) -> Path:
@@ -46,6 +47,9 @@ def draw(source: str, kind: str) -> bytes:
     """
     import graphviz
 
+    if kind == "png":
+        # Not in the text itself, because in an SVG the resolution scales the drawing out of its frame.
+        source = source.replace("{", f"{{\n  graph [dpi={_PNG_RESOLUTION}]", 1)
     try:
         picture: bytes = graphviz.pipe("dot", kind, source.encode("utf-8"), quiet=True)
         return picture

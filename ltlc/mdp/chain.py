@@ -24,11 +24,16 @@ class MarkovChain:
         leak: (n_states,), the probability of leaving the process; exactly 0 where it never does.
     """
 
-    def __init__(self, mdp: ExplicitMDP, weights: Any) -> None:
+    def __init__(self, matrix: Any, initial: FloatArray, leak: FloatArray, weights: Any) -> None:
+        self.matrix = matrix
+        self.initial = initial
+        self.leak = leak
         self.weights = weights
-        self.matrix = weights @ mdp.matrix
-        self.initial = mdp.initial
-        self.leak = np.asarray(weights @ mdp.leak)
+
+    @classmethod
+    def under(cls, mdp: ExplicitMDP, weights: Any) -> MarkovChain:
+        """The chain of an MDP under a policy given as `ExplicitMDP.policy_matrix` gives it."""
+        return cls(weights @ mdp.matrix, mdp.initial, np.asarray(weights @ mdp.leak), weights)
 
     @property
     def n_states(self) -> int:
@@ -138,12 +143,8 @@ class MarkovChain:
         """The chain that, instead of leaving the process, continues from the initial distribution."""
         if not (self.leak > 0).any():
             return self
-        chain = object.__new__(MarkovChain)
-        chain.weights, chain.initial = self.weights, self.initial
         again = sparse.csr_array(self.leak[:, None]) @ sparse.csr_array(self.initial[None, :])
-        chain.matrix = (self.matrix + again).tocsr()
-        chain.leak = np.zeros(self.n_states)
-        return chain
+        return MarkovChain((self.matrix + again).tocsr(), self.initial, np.zeros(self.n_states), self.weights)
 
 
 def induced_chain(mdp: ExplicitMDP, policy: npt.ArrayLike) -> MarkovChain:
@@ -152,11 +153,11 @@ def induced_chain(mdp: ExplicitMDP, policy: npt.ArrayLike) -> MarkovChain:
     Raises:
         InvalidArgumentError: the policy does not fit the MDP.
     """
-    return MarkovChain(mdp, mdp.policy_matrix(policy))
+    return MarkovChain.under(mdp, mdp.policy_matrix(policy))
 
 
 def solve(matrix: Any, right_hand_side: FloatArray) -> FloatArray:
-    """x with x = matrix @ x + right_hand_side, by sparse LU; the matrix must leak from everywhere."""
+    """X with x = matrix @ x + right_hand_side, by sparse LU; the matrix must leak from everywhere."""
     n = matrix.shape[0]
     system = sparse.eye_array(n, format="csc") - matrix.tocsc()
     return np.asarray(spsolve(system, right_hand_side)).reshape(n)

@@ -47,7 +47,7 @@ def maximal_end_components(mdp: ExplicitMDP, choices: BoolArray | None = None) -
         L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, section 3.3.
     """
     alive = mdp.leak == 0 if choices is None else choices & (mdp.leak == 0)
-    component = np.full(mdp.n_states, -1)
+    component = np.full(mdp.n_states, -1, dtype=np.int32)
     active = np.ones(mdp.n_states, dtype=np.bool_)
     found = 0
     while True:
@@ -115,18 +115,22 @@ def _strong_components(mdp: ExplicitMDP, rows: IntArray) -> tuple[IntArray, IntA
     states, n_rows = np.unique(mdp.choice_state[rows], return_counts=True)
     local = np.zeros(mdp.n_states, dtype=np.int32)
     local[states] = np.arange(len(states))
-    part: Any = mdp.matrix[rows]
-    start = part.indptr[np.concatenate(([0], np.cumsum(n_rows)))]
-    graph = sparse.csr_array((part.data, local[part.indices], start), shape=(len(states), len(states)))
+    # one row per state; the sparse product also merges parallel edges, on which csgraph would never return
+    own = sparse.csr_array(
+        (np.ones(len(rows)), rows, np.concatenate(([0], np.cumsum(n_rows)))), shape=(len(states), mdp.n_choices)
+    )
+    edges = own @ mdp.matrix
+    graph = sparse.csr_array((edges.data, local[edges.indices], edges.indptr), shape=(len(states), len(states)))
     n_labels, label = csgraph.connected_components(graph, connection="strong")
     return states, label, n_labels
 
 
 def _leaving(mdp: ExplicitMDP, rows: IntArray, component: IntArray) -> IntArray:
     """Those of the given choices that may lead out of the component of their state."""
-    part: Any = mdp.matrix[rows]
-    outside = component[part.indices] != np.repeat(component[mdp.choice_state[rows]], np.diff(part.indptr))
-    return rows[np.unique(np.repeat(np.arange(len(rows)), np.diff(part.indptr))[outside])]
+    part: Any = mdp.matrix if len(rows) == mdp.n_choices else mdp.matrix[rows]
+    entered, start, own = component[part.indices], part.indptr[:-1], component[mdp.choice_state[rows]]
+    outside = (np.minimum.reduceat(entered, start) != own) | (np.maximum.reduceat(entered, start) != own)
+    return np.asarray(rows[outside])
 
 
 def _renumbered(component: IntArray, alive: BoolArray) -> EndComponents:

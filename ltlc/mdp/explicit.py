@@ -26,7 +26,8 @@ class ExplicitMDP:
     Attributes:
         matrix: scipy.sparse.csr_array (n_choices, n_states), entries > 0. Rows sum to at most 1; what is missing to 1
             leaves the process (an episode that stops, a discount).
-        choice_start: (n_states + 1,); the choices of state s are choice_start[s] .. choice_start[s + 1] - 1, at least one.
+        choice_start: (n_states + 1,); the choices of state s are choice_start[s] .. choice_start[s + 1] - 1; one at
+            least.
         choice_action: (n_choices,), the action of each choice.
         initial: (n_states,), distribution of the first state.
         leak: (n_choices,), the probability (or weight) that leaves the process; exactly 0 where nothing does.
@@ -152,8 +153,8 @@ class ExplicitMDP:
         if wrong.any():
             state = np.flatnonzero(wrong)[0]
             raise InvalidArgumentError(
-                f"the policy in state {self.describe(state)} is {given[state].tolist()}: not a probability distribution "
-                f"over its actions {self.actions_in(state).tolist()}"
+                f"the policy in state {self.describe(state)} is {given[state].tolist()}: not a probability "
+                f"distribution over its actions {self.actions_in(state).tolist()}"
             )
         matrix = sparse.csr_array((weight / total[self.choice_state], np.arange(self.n_choices), self.choice_start))
         matrix.eliminate_zeros()

@@ -39,21 +39,24 @@ def max_reachability(
     target: BoolArray,
     *,
     method: Method = "auto",
-    precision: float = 1e-9,
-    max_iterations: int = 10_000_000,
+    precision: float = 1e-6,
+    max_iterations: int = 1_000_000,
 ) -> Reachability:
     """The largest probability of ever entering `target` (n_states,), from each state.
 
     1. Where the graph alone decides, the answer is exactly 0 or 1.
     2. In what is left, end components are collapsed, which makes the solution of the Bellman equation unique.
-    3. `method="policy"`: policy iteration with sparse LU; its result is turned into two bounds that the Bellman operator
-       moves inwards everywhere, by more than rounding can explain, which proves them. `method="interval"`: iteration
-       from below and from above until the two meet within `precision`. "auto" does the first where the problem is small
-       enough for LU, and the second otherwise or where no proof came out.
+    3. `method="policy"`: policy iteration with sparse LU, whose result is turned into two bounds that the Bellman
+       operator moves inwards everywhere, by more than rounding can explain, which proves them. `method="interval"`:
+       iteration from below and from above until the two meet within `precision`. "auto" does the first where the
+       problem is small enough for LU, and some rounds of the second if the bounds are further apart than `precision`.
+
+    Bounds are sound in each case. They can be wide with "policy" and "auto", where the MDP has policies that dawdle
+    almost for ever; the value is then still that of policy iteration.
 
     Raises:
         InvalidArgumentError: an unknown method, or a precision that is not positive.
-        LimitExceeded: the bounds are still apart after `max_iterations`.
+        LimitExceeded: the bounds of interval iteration are still apart after `max_iterations`.
 
     References:
         S. Haddad, B. Monmege, Interval iteration algorithm for MDPs and IMDPs, TCS 735, 2018,
@@ -88,71 +91,63 @@ def _solve(
     mdp: ExplicitMDP, gain: FloatArray, method: Method, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
     """Lower bound, upper bound, estimate and choices for v = max over choices of gain + matrix v."""
+    lower, upper = np.zeros(mdp.n_states), np.ones(mdp.n_states)
     if method == "policy" or (method == "auto" and mdp.n_states <= LINEAR_SOLVE_LIMIT):
-        value, chosen, _ = improve(mdp, gain, mdp.greedy(gain))
-        bounds = _inductive_bounds(mdp, gain, value, chosen)
-        if bounds is not None and (method == "policy" or (bounds[1] - bounds[0]).max() <= precision):
-            return *bounds, np.clip(value, *bounds), chosen
-        if method == "policy":
-            raise LimitExceeded('policy iteration gave values that could not be proved; use method="interval"')
-    lower, upper = interval_iteration(mdp, gain, precision, max_iterations)
+        value, chosen, lower, upper = _by_policy_iteration(mdp, gain)
+        if method == "auto" and (upper - lower).max() > precision:
+            rounds = min(max_iterations, _CLOSING_ROUNDS)
+            lower, upper = interval_iteration(mdp, gain, lower, upper, precision, rounds)
+        return lower, upper, np.clip(value, lower, upper), chosen
+    lower, upper = interval_iteration(mdp, gain, lower, upper, precision, max_iterations)
+    gap = (upper - lower).max()
+    if gap > precision:
+        raise LimitExceeded(
+            f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, "
+            'ask for less precision, or use method="policy"'
+        )
     return lower, upper, (lower + upper) / 2, mdp.greedy(gain + mdp.matrix @ lower)
 
 
 def interval_iteration(
-    mdp: ExplicitMDP, gain: FloatArray, precision: float, max_iterations: int
+    mdp: ExplicitMDP, gain: FloatArray, lower: FloatArray, upper: FloatArray, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Bounds at most `precision` apart on the solution of v = max over choices of gain + matrix v, in [0, 1].
+    """Moves bounds on the solution of v = max over choices of gain + matrix v, until at most `precision` apart.
 
-    The MDP must have no end component, so that the solution is unique.
+    The MDP must have no end component, so that the solution is unique. Gives up after `max_iterations`.
     """
-    bounds = np.stack((np.zeros(mdp.n_states), np.ones(mdp.n_states)), axis=1)
+    bounds = np.stack((lower, upper), axis=1)
     for _ in range(max_iterations):
         step = np.maximum.reduceat(gain[:, None] + mdp.matrix @ bounds, mdp.choice_start[:-1], axis=0)
         bounds[:, 0] = np.maximum(bounds[:, 0], step[:, 0])
         bounds[:, 1] = np.minimum(bounds[:, 1], step[:, 1])
-        gap = (bounds[:, 1] - bounds[:, 0]).max()
-        if gap <= precision:
-            return bounds[:, 0], bounds[:, 1]
-    raise LimitExceeded(
-        f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, ask for less "
-        'precision, or use method="policy"'
-    )
+        if (bounds[:, 1] - bounds[:, 0]).max() <= precision:
+            break
+    return bounds[:, 0], bounds[:, 1]
 
 
-def _inductive_bounds(
-    mdp: ExplicitMDP, gain: FloatArray, value: FloatArray, chosen: IntArray
-) -> tuple[FloatArray, FloatArray] | None:
-    """Bounds around `value` that one Bellman step provably moves inwards, or None.
+def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+    """Values, choices, and bounds around the values that one Bellman step provably moves inwards.
 
-    With h(s) expected steps, value + c h is lowered by c in each step of a policy whose steps h counts. From above this
-    must hold for every choice: h counts those of the slowest among the nearly optimal policies, and the other choices
-    are worse by more than c h can make up for. Rounding is far below c / 2, the margin that is checked.
+    The solution for a gain that is smaller by c in every choice rises by c in a Bellman step of the true gain, so it is
+    a lower bound; likewise from above. The step is checked with half of c to spare, far more than it can round by. The
+    smaller gain also keeps the policy from dawdling for ever for the sake of rounding errors. Where no bound is proved,
+    it is 0 or 1: so it is where some policies take some 1e10 steps to get anywhere.
     """
-    ones = np.ones(mdp.n_choices)
-    nearly_best = gain + mdp.matrix @ value >= value[mdp.choice_state] - _NEARLY
-    rows = np.flatnonzero(nearly_best)
-    counts = np.bincount(mdp.choice_state[rows], minlength=mdp.n_states)
-    if (counts == 0).any() or not nearly_best[chosen].all():
-        return None
-    part = ExplicitMDP(
-        mdp.matrix[rows],
-        np.concatenate(([0], np.cumsum(counts))),
-        mdp.choice_action[rows],
-        mdp.initial,
-        leak=mdp.leak[rows],
-    )
-    slowest, _, _ = improve(part, ones[rows], np.searchsorted(rows, chosen))
-    own = MarkovChain(mdp, mdp.choice_matrix(chosen)).total(np.ones(mdp.n_states))
-    c = min(_NEARLY / (2 * slowest.max()), _NEARLY / (2 * own.max()), 1e-12)
-    upper, lower = value + c * slowest, value - c * own
-    falls = mdp.best(gain + mdp.matrix @ upper) <= upper - c / 2
-    rises = (gain + mdp.matrix @ lower)[chosen] >= lower + c / 2
-    if c < _ROUNDING or not (falls.all() and rises.all()):
-        return None
-    return np.clip(lower, 0.0, 1.0), np.clip(upper, 0.0, 1.0)
+    lower, chosen, _ = improve(mdp, gain - _MARGIN, mdp.greedy(gain))
+    value = MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
+    upper: FloatArray = np.ones(mdp.n_states)
+    try:
+        candidate, _, _ = improve(mdp, gain + _MARGIN, chosen, _PROOF_ROUNDS)
+    except LimitExceeded:
+        pass
+    else:
+        if (mdp.best(gain + mdp.matrix @ candidate) <= candidate - _MARGIN / 2).all():
+            upper = np.clip(candidate, 0.0, 1.0)
+    if not ((gain + mdp.matrix @ lower)[chosen] >= lower + _MARGIN / 2).all():
+        lower = np.zeros(mdp.n_states)
+    return value, chosen, np.clip(lower, 0.0, 1.0), upper
 
 
-_NEARLY = 1e-8
-_ROUNDING = 1e-14
-"""Values are in [0, 1] and rows short: one Bellman step rounds by a few 1e-16."""
+_MARGIN = 1e-13
+_PROOF_ROUNDS = 50
+_CLOSING_ROUNDS = 10_000

@@ -1,8 +1,8 @@
 """What a policy earns and does in the rewarded task: exact returns, steps, violations and acceptances.
 
 All functions take a `RewardProduct` and a policy on its states: int (n_states,), one action each, or float
-(n_states, n_actions); `RewardProduct.lift` makes one from a policy on MDP states. Episodes end where the tables stop and
-in terminal states of the MDP; a time limit is not part of the model.
+(n_states, n_actions); `RewardProduct.lift` makes one from a policy on MDP states. Episodes end where the tables stop
+and in terminal states of the MDP; a time limit is not part of the model.
 """
 
 from __future__ import annotations
@@ -111,6 +111,6 @@ def _may_fail(product: RewardProduct, chain: MarkovChain) -> npt.NDArray[np.bool
 
 
 def from_start(initial: FloatArray, value: FloatArray) -> float:
-    """The mean of a value per state over the first state; states that never come first do not count, even if infinite."""
+    """The mean over the first state; states that never come first do not count, even if infinite."""
     used = initial > 0
     return float(initial[used] @ value[used])

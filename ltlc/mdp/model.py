@@ -254,7 +254,8 @@ def _stochastic(matrix: Any, shape: tuple[int, int], what: str, state_name: Any,
     if wrong.size:
         state = int(np.searchsorted(rows.indptr, wrong[0], side="right")) - 1
         raise InvalidArgumentError(
-            f"state {state_name(state)}, {what}: {rows.data[wrong[0]]} is not a probability (entry {rows.indices[wrong[0]]})"
+            f"state {state_name(state)}, {what}: {rows.data[wrong[0]]} is not a probability "
+            f"(column {rows.indices[wrong[0]]})"
         )
     rows.eliminate_zeros()
     total = np.asarray(rows.sum(axis=1)).ravel()

@@ -38,9 +38,9 @@ def policy_evaluation(
         return chain.total(state_reward)
     if not tolerance > 0:
         raise InvalidArgumentError(f"tolerance is {tolerance}, expected a positive number")
-    value = np.zeros(mdp.n_states)
+    value: FloatArray = np.zeros(mdp.n_states)
     for _ in range(max_iterations):
-        update = state_reward + chain.matrix @ value
+        update: FloatArray = state_reward + chain.matrix @ value
         change = np.abs(update - value).max()
         value = update
         if change <= tolerance:

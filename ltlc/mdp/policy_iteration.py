@@ -12,8 +12,8 @@ from ltlc.mdp.quotient import collapse
 from ltlc.mdp.reachability import attractor, distance_to
 from ltlc.mdp.value_iteration import Solution
 
-IMPROVEMENT = 1e-12
-"""An action must be better by this, relative to the values around, to replace the current one: rounding is not."""
+IMPROVEMENT = 1e-14
+"""An action must be better by this, relative to the largest value, to replace another: rounding is not."""
 
 
 def policy_iteration(
@@ -59,8 +59,8 @@ def optimal_total_reward(mdp: ExplicitMDP, reward: FloatArray, *, max_iterations
     if (reward[endless.choices] > 0).any():
         choice = np.flatnonzero(endless.choices & (reward > 0))[0]
         raise InvalidArgumentError(
-            f"state {mdp.describe(mdp.choice_state[choice])} can be paid {reward[choice]:.6g} again and again without end: "
-            "the undiscounted return may be infinite; use a discount below 1"
+            f"state {mdp.describe(mdp.choice_state[choice])} can be paid {reward[choice]:.6g} again and again without "
+            "end: the undiscounted return may be infinite; use a discount below 1"
         )
     free = maximal_end_components(mdp, endless.choices & (reward == 0))
     quotient = collapse(mdp, free, may_stay=True)
@@ -88,7 +88,7 @@ def improve(
         values and choices, both shape (n_states,), and the number of rounds.
     """
     for iteration in range(1, max_iterations + 1):
-        chain = MarkovChain(mdp, mdp.choice_matrix(chosen))
+        chain = MarkovChain.under(mdp, mdp.choice_matrix(chosen))
         value = chain.total(reward[chosen])
         choice_value = reward + mdp.matrix @ value
         better = mdp.best(choice_value)

@@ -22,25 +22,54 @@ class RewardColumns(Protocol):
     """What a reward product reads of a compiled reward scheme; arrays have shape (n_states, n_letter_classes)."""
 
     @property
-    def aps(self) -> Sequence[str]: ...
+    def aps(self) -> Sequence[str]:
+        """The propositions that the tables read."""
+        ...
+
     @property
-    def letter_class(self) -> npt.NDArray[Any]: ...
+    def letter_class(self) -> npt.NDArray[Any]:
+        """Shape (2**n_aps,): the class of each letter."""
+        ...
+
     @property
-    def initial_state(self) -> int: ...
+    def initial_state(self) -> int:
+        """The state before any letter is read."""
+        ...
+
     @property
-    def next_state(self) -> npt.NDArray[Any]: ...
+    def next_state(self) -> npt.NDArray[Any]:
+        """After whatever the scheme does on a deadlock."""
+        ...
+
     @property
-    def reward(self) -> npt.NDArray[Any]: ...
+    def reward(self) -> npt.NDArray[Any]:
+        """Paid on the step."""
+        ...
+
     @property
-    def discount(self) -> npt.NDArray[Any]: ...
+    def discount(self) -> npt.NDArray[Any]:
+        """Weight of what follows, in [0, 1]."""
+        ...
+
     @property
-    def stop(self) -> npt.NDArray[Any]: ...
+    def stop(self) -> npt.NDArray[Any]:
+        """Probability that the step ends the episode."""
+        ...
+
     @property
-    def stop_reward(self) -> npt.NDArray[Any]: ...
+    def stop_reward(self) -> npt.NDArray[Any]:
+        """Paid in addition when it does."""
+        ...
+
     @property
-    def violated(self) -> npt.NDArray[Any]: ...
+    def violated(self) -> npt.NDArray[Any]:
+        """Whether the step enters a deadlock."""
+        ...
+
     @property
-    def accepted(self) -> npt.NDArray[Any]: ...
+    def accepted(self) -> npt.NDArray[Any]:
+        """Whether the step is accepting."""
+        ...
 
 
 class _LabelledProduct(ExplicitMDP):
@@ -236,7 +265,7 @@ def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:
 def _with_held_column(columns: dict[str, npt.NDArray[Any]], initial_state: int) -> dict[str, npt.NDArray[Any]]:
     """The tables with one more column: stay in q, paid as a step that enters q."""
     next_state = columns["next_state"]
-    n_states, n_classes = next_state.shape
+    n_states = len(next_state)
     kept = ~columns["violated"].astype(np.bool_).ravel()  # such a step may have been turned back from the deadlock
     edge = np.flatnonzero(kept)
     edge = edge[np.argsort(next_state.ravel()[edge], kind="stable")]

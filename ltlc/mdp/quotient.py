@@ -76,6 +76,6 @@ def collapse(
     matrix = sparse.vstack((mdp.matrix[rows] @ group, stays_empty), format="csr")[order]
     start = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=n_blocks))))
     action = np.where(original >= 0, mdp.choice_action[original], -1)
-    initial = np.bincount(block[inside], mdp.initial[inside], minlength=n_blocks)
+    initial = np.bincount(block[inside], mdp.initial[inside], minlength=n_blocks).astype(np.float64)
     explicit = ExplicitMDP(matrix, start, action, initial, leak=leak, n_actions=mdp.n_actions)
     return Quotient(explicit, block, original)

@@ -31,9 +31,10 @@ def distance_to(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None =
 
 
 def attractor(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None = None) -> IntArray:
-    """A choice per state that may bring it one step nearer to `target`, shape (n_states,); -1 on target and unreachable.
+    """A choice per state that may bring it one step nearer to `target`, shape (n_states,); -1 where there is none.
 
-    If the given choices never leave the states that have a distance, following it reaches the target surely.
+    If the given choices never leave the states that have a distance, following it reaches the target surely. Among such
+    choices the one with the least mean distance afterwards is taken, so that it does so without much delay.
     """
     distance = distance_to(mdp, target, choices)
     nearest = _row_minimum(mdp.matrix, np.where(distance < 0, mdp.n_states, distance), mdp.n_states)
@@ -41,9 +42,9 @@ def attractor(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None = N
     nearer = (own > 0) & (nearest == own - 1)
     if choices is not None:
         nearer &= choices
-    candidate = np.where(nearer, np.arange(mdp.n_choices), mdp.n_choices)
-    first = np.minimum.reduceat(candidate, mdp.choice_start[:-1])
-    return np.where(first < mdp.n_choices, first, -1)
+    mean = np.asarray(mdp.matrix @ np.where(distance < 0, mdp.n_states, distance))
+    chosen = mdp.greedy(np.where(nearer, -mean, -np.inf))
+    return np.where(nearer[chosen], chosen, -1)
 
 
 def almost_sure_region(mdp: ExplicitMDP, target: BoolArray) -> tuple[BoolArray, BoolArray]:

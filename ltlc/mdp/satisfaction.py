@@ -34,11 +34,14 @@ class MaxSatisfaction:
     @property
     def winning(self) -> BoolArray:
         """The product states in an accepting end component, shape (n_states,)."""
-        return np.any([np.zeros(len(self.policy), dtype=np.bool_), *(c.states for c in self.components)], axis=0)
+        won = np.zeros(len(self.policy), dtype=np.bool_)
+        for accepting in self.components:
+            won |= accepting.states
+        return won
 
 
 def max_satisfaction_probability(
-    product: Product, *, method: Method = "auto", precision: float = 1e-9, max_iterations: int = 10_000_000
+    product: Product, *, method: Method = "auto", precision: float = 1e-6, max_iterations: int = 1_000_000
 ) -> MaxSatisfaction:
     """The largest probability, over all policies, that a run is accepted.
 
@@ -47,7 +50,7 @@ def max_satisfaction_probability(
 
     Raises:
         InvalidArgumentError: an unknown method, or a precision that is not positive.
-        LimitExceeded: the bounds are still apart after `max_iterations`.
+        LimitExceeded: the bounds of interval iteration are still apart after `max_iterations`.
 
     References:
         L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, chapter 4.

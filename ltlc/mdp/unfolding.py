@@ -110,7 +110,7 @@ class Unfolding:
         return np.asarray(self.moves @ per_arrival)
 
     def transitions(self, weight: FloatArray | None = None) -> Any:
-        """csr_array (n_choices, n_states) of the steps that go on; `weight` (n_machine_states, n_inputs) scales them."""
+        """The steps that go on, csr_array (n_choices, n_states), scaled by `weight` (n_machine_states, n_inputs)."""
         factor = self.reading_probability
         if weight is not None:
             factor = factor * weight[self.reading_machine_state, self.reading_input]

@@ -20,6 +20,7 @@ def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, li
     known: dict[int, Skeleton] = {}
 
     def skeleton(node: int) -> Skeleton:
+        node = distributed(closure, node)
         kind, args, _ = closure.nodes[node]
         if kind not in "&|" or closure.level(node) in ("sigma1", "pi1"):
             if node not in known:
@@ -34,6 +35,31 @@ def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, li
         return reduce(_both if kind == "&" else _either, parts)
 
     return skeleton(root), components
+
+
+def distributed(closure: Closure, node: int) -> int:
+    """The node with a disjunction or conjunction under its temporal operator pulled out, where the law allows it."""
+    kind, args, _ = closure.nodes[node]
+    if kind in "&|" or kind == "letters" or closure.level(node) in ("sigma1", "pi1"):
+        return node
+    for position, pulled in _DISTRIBUTES[kind]:
+        inner = closure.nodes[args[position]]
+        if inner.kind == pulled:
+            ways = ((*args[:position], arg, *args[position + 1 :]) for arg in inner.args)
+            return closure.make(pulled, *(distributed(closure, closure.make(kind, *way)) for way in ways))
+    return node
+
+
+# Operator -> (operand, Boolean operator that it distributes over in that operand).
+_DISTRIBUTES = {
+    "X": ((0, "&"), (0, "|")),
+    "F": ((0, "|"),),
+    "G": ((0, "&"),),
+    "U": ((1, "|"), (0, "&")),
+    "W": ((1, "|"), (0, "&")),
+    "R": ((1, "&"), (0, "|")),
+    "M": ((1, "&"), (0, "|")),
+}
 
 
 def _both(a: Skeleton, b: Skeleton) -> Skeleton:

@@ -49,6 +49,11 @@ class EmersonLei:
         """Number of states."""
         return len(self.edges)
 
+    @property
+    def is_weak(self) -> bool:
+        """Whether each strong component accepts all of its runs or none."""
+        return all(condition in (ALWAYS, NEVER) for condition in self.acceptance)
+
     def successors(self) -> list[list[int]]:
         """Target states of each state."""
         return [[edge.target for edge in edges] for edges in self.edges]
@@ -103,13 +108,13 @@ def explore(
     successors: Callable[[State], Iterable[tuple[int, State, int]]],
     budget: Budget,
 ) -> tuple[list[State], list[list[Edge]]]:
-    """Number the states reachable from `initial` breadth-first, and merge edges with equal target and marks."""
+    """Number the states reachable from `initial` breadth-first, by least letter; merge edges with target and marks."""
     number = {initial: 0}
     states = [initial]
     edges: list[list[Edge]] = []
     for state in states:  # grows while it is read
         merged: dict[tuple[int, int], int] = {}
-        for letters, target, marks in successors(state):
+        for letters, target, marks in sorted(successors(state), key=_least_letter):
             index = number.get(target)
             if index is None:
                 index = number[target] = len(states)
@@ -120,6 +125,10 @@ def explore(
     return states, edges
 
 
+def _least_letter(move: tuple[int, object, int]) -> int:
+    return move[0] & -move[0]
+
+
 def complement(automaton: EmersonLei) -> EmersonLei:
     """The automaton of the words that are not accepted."""
     return EmersonLei(automaton.edges, tuple(map(negation, automaton.acceptance)))
@@ -128,29 +137,31 @@ def complement(automaton: EmersonLei) -> EmersonLei:
 def localized(automaton: EmersonLei) -> EmersonLei:
     """Each strong component with its own simplest condition; marks that do not matter are removed."""
     component = graph.strong_components(automaton.successors())
-    inside: list[list[int]] = [[] for _ in range(max(component) + 1)]
+    n_components = max(component) + 1
+    possible, certain = [0] * n_components, [-1] * n_components
     for q, edges in enumerate(automaton.edges):
-        inside[component[q]].extend(e.marks for e in edges if component[e.target] == component[q])
-    conditions: list[Acceptance] = []
-    first = {c: q for q, c in reversed(list(enumerate(component)))}
-    for c, marks in enumerate(inside):
-        possible, certain = 0, -1
-        for m in marks:
-            possible |= m
-            certain &= m
-        condition = restrict(automaton.acceptance[first[c]], possible, certain & possible) if marks else NEVER
-        conditions.append(condition)
-    kept: list[list[Edge]] = []
+        here = component[q]
+        for edge in edges:
+            if component[edge.target] == here:
+                possible[here] |= edge.marks
+                certain[here] &= edge.marks
+    conditions = [NEVER] * n_components
+    useful = [0] * n_components
+    for q, condition in enumerate(automaton.acceptance):
+        here = component[q]
+        if certain[here] != -1 and not useful[here] and conditions[here] == NEVER:
+            conditions[here] = restrict(condition, possible[here], certain[here])
+            for fin, inf in conditions[here]:
+                useful[here] |= fin | inf
+    kept = []
     for q, edges in enumerate(automaton.edges):
-        useful = 0
-        for fin, inf in conditions[component[q]]:
-            useful |= fin | inf
+        here = component[q]
         merged: dict[tuple[int, int], int] = {}
         for letters, target, marks in edges:
-            key = (target, marks & useful if component[target] == component[q] else 0)
+            key = (target, marks & useful[here] if component[target] == here else 0)
             merged[key] = merged.get(key, 0) | letters
-        kept.append([Edge(letters, target, marks) for (target, marks), letters in merged.items()])
-    return EmersonLei(tuple(map(tuple, kept)), tuple(conditions[c] for c in component))
+        kept.append(tuple(Edge(letters, target, marks) for (target, marks), letters in merged.items()))
+    return EmersonLei(tuple(kept), tuple(conditions[c] for c in component))
 
 
 def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[int]:
@@ -190,7 +201,7 @@ def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
 def reduced(automaton: EmersonLei) -> EmersonLei:
     """Quotient by bisimulation with marks, components localized; weak automata are minimized exactly."""
     automaton = localized(automaton)
-    if all(condition in (ALWAYS, NEVER) for condition in automaton.acceptance):
+    if automaton.is_weak:
         return minimized_weak(automaton)
     trivial = _trivial(automaton)
     kind = [() if trivial[q] else condition for q, condition in enumerate(automaton.acceptance)]

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from ltlc.automata import canonical, to_state_based
-from ltlc.automata.compare import equivalent_states
+import numpy as np
+
+from ltlc.automata import canonical, simplify_marks, to_state_based
+from ltlc.automata.lower_bound import lower_bound
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
-from ltlc.automata.reduce import reduce
-from ltlc.errors import InvalidArgumentError, StateLimitExceeded, UnknownNameError
+from ltlc.automata.reduce import MAX_PRODUCT_EDGES, reduce
+from ltlc.automata.sat_minimize import minimize
+from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, nnf, propositions, simplify
 from ltlc.translate.budget import Budget
-from ltlc.translate.closure import Closure
+from ltlc.translate.closure import Closure, Letters, letters_of
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced
 from ltlc.translate.pairs import rabin_automaton
 
-DIRECT = ("product", "safra", "dual-safra")
-INDIRECT = ("normal-form", "dual-normal-form")
-"""Tried too where the outer Boolean combination has parts above recurrence and persistence."""
+Effort = Literal["fast", "default", "best"]
+FAIR = ("product",)
+"""Tried for obligations with fairness conditions,"""
+LOW = ("product", "safra", "dual-safra")
+"""for other Boolean combinations of recurrence and persistence formulas,"""
+HIGH = ("normal-form", "dual-normal-form", "safra", "dual-safra", "product")
+"""and for all other formulas; the first is the one that wins most often."""
 _ROUNDS = (500, 10_000)
-_PATIENCE = 4
-"""A further construction is given up once it has this many times the states of the best automaton so far."""
+_PATIENCE = 2
+"""A further construction is given up once it has this many times the states of the best automaton so far,"""
+_SLACK = 60
+"""plus these."""
 
 
 class Problem(NamedTuple):
@@ -30,7 +39,27 @@ class Problem(NamedTuple):
 
     formula: Formula
     """simplified, in negation normal form."""
-    aps: tuple[str, ...]
+    letters: Letters
+    effort: Effort
+
+    def closure(self, budget: Budget) -> Closure:
+        """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
+        return Closure(self.formula, self.letters, budget)
+
+
+class Candidate(NamedTuple):
+    """What a construction found: transition-based, canonically numbered."""
+
+    automaton: RabinAutomaton
+    translator: str
+    weak: bool
+    smallest: bool
+    """whether no automaton for the language has fewer states, for sure."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """States, then pairs."""
+        return self.automaton.n_states, self.automaton.n_pairs
 
 
 def translate(
@@ -38,8 +67,10 @@ def translate(
     *,
     translator: str = "auto",
     acceptance: Acceptance = "state",
+    effort: Effort = "default",
     max_states: int = 100_000,
     timeout: float | None = None,
+    text: str | None = None,
 ) -> RabinAutomaton:
     """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
@@ -52,8 +83,11 @@ def translate(
         formula: any LTL formula.
         translator: "auto" or the name of a construction.
         acceptance: marks on states (thesis, definition 2.1.1) or on transitions (often fewer states).
+        effort: "fast" is content with the construction that wins most often; "default" tries others where they can
+            win, with a cap; "best" tries all that apply, then searches for a smaller automaton by SAT.
         max_states: limit for every automaton on the way.
-        timeout: seconds, or None.
+        timeout: seconds, or None. Once a construction has succeeded, the others only use up what is left.
+        text: what to call the formula in messages and in the result; by default its own text.
 
     Returns:
         A complete automaton over the propositions of the formula in order of appearance, canonically numbered: the same
@@ -63,55 +97,105 @@ def translate(
         UnknownNameError: no such translator.
         InvalidArgumentError: the translator does not apply to the formula, or an argument is out of range.
         StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded: a budget ran out.
+        MissingProgramError: effort "best" needs the package python-sat.
     """
     if translator != "auto" and translator not in CONSTRUCTIONS:
         raise UnknownNameError("translator", translator, ("auto", *CONSTRUCTIONS))
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
-    budget = Budget(str(formula), max_states, timeout)
-    problem = Problem(nnf(simplify(formula)), propositions(formula))
+    if effort not in ("fast", "default", "best"):
+        raise InvalidArgumentError(f"effort is {effort!r}; it can be 'fast', 'default' or 'best'")
+    text = str(formula) if text is None else text
+    budget = Budget(text, max_states, timeout)
+    simple = nnf(simplify(formula))
+    problem = Problem(simple, letters_of(simple, propositions(formula)), effort)
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
-    if acceptance == "state":
-        best = replace(canonical(to_state_based(best)), translator=best.translator)
-    return replace(best, formula=str(formula))
+    automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
+    if effort == "best":
+        automaton = minimize(automaton, timeout=budget.remaining).automaton
+    return replace(automaton, formula=text, translator=best.translator)
 
 
-def _best(problem: Problem, budget: Budget) -> RabinAutomaton:
+def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
+    """The candidate with marks on states."""
+    automaton = best.automaton
+    if best.weak:
+        return replace(
+            automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
+        )
+    if automaton.n_pairs == 1:
+        return canonical(to_state_based(automaton))
+    # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
+    closure = problem.closure(budget)
+    emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
+    chain = to_state_based(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+    if sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
+        chain = min(to_state_based(automaton), chain, key=lambda a: a.n_states)
+    return canonical(chain)
+
+
+def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
+    """Per state, the different marks with which edges enter it."""
+    marks: list[set[int]] = [set() for _ in range(automaton.n_states)]
+    for targets, row in zip(automaton.delta.tolist(), automaton.edge_marks, strict=True):
+        for target, mark in zip(targets, row, strict=True):
+            marks[target].add(mark)
+    return marks
+
+
+def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
-    closure = Closure(problem.formula, problem.aps, budget)
-    if closure.is_fair_obligation(closure.root):
-        names: tuple[str, ...] = ("product",)
-    else:
-        names = DIRECT if closure.is_low(closure.root) else (*DIRECT, *INDIRECT)
+    names = _worth_trying(problem.closure(budget), problem.effort)
     for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
-        best: RabinAutomaton | None = None
+        best: Candidate | None = None
         for name in names:
-            cap = limit if best is None else min(limit, _PATIENCE * best.n_states + 100)
+            cap = limit
+            if best is not None and problem.effort != "best":
+                cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
             try:
                 found = _build(CONSTRUCTIONS[name], problem, budget.within(cap))
+            except TimeLimitExceeded:
+                if best is None:
+                    raise
+                break
             except StateLimitExceeded:
                 if limit == budget.max_states and best is None and name == names[-1]:
                     raise
                 continue
-            if best is None or _size(found) < _size(best):
+            if best is None or found.size < best.size:
                 best = found
-            if _is_smallest(best):
-                return best
+            if best.smallest:
+                break
         if best is not None:
             return best
     raise AssertionError("the last round returns or raises")
 
 
-def _build(construction: Construction, problem: Problem, budget: Budget) -> RabinAutomaton:
-    closure = Closure(problem.formula, problem.aps, budget)
-    automaton = rabin_automaton(reduced(construction.build(closure, budget)), closure.letters, budget)
-    return replace(canonical(reduce(automaton)), translator=construction.name)
+def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
+    """Names of constructions, the most promising first."""
+    if effort == "best":
+        return HIGH
+    if closure.is_fair_obligation(closure.root):
+        return FAIR
+    names = LOW if closure.is_low(closure.root) else HIGH
+    return names[:1] if effort == "fast" else names
 
 
-def _size(automaton: RabinAutomaton) -> tuple[int, int]:
-    return automaton.n_states, automaton.n_pairs
+def _build(construction: Construction, problem: Problem, budget: Budget) -> Candidate:
+    closure = problem.closure(budget)
+    emerson_lei = reduced(construction.build(closure, budget))
+    automaton = rabin_automaton(emerson_lei, closure.letters, budget)
+    if emerson_lei.is_weak:  # minimized exactly
+        return Candidate(automaton, construction.name, weak=True, smallest=True)
+    smallest = _is_smallest(automaton)
+    if smallest:
+        automaton = canonical(simplify_marks(automaton))
+    else:
+        automaton = reduce(automaton, effort=0) if problem.effort == "fast" else reduce(automaton)
+    return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
 
 
 def _is_smallest(automaton: RabinAutomaton) -> bool:
-    """Whether all states have different languages: then no automaton for the language has fewer states."""
-    return len(set(equivalent_states(automaton).tolist())) == automaton.n_states
+    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # too large to know
+        return False
+    return lower_bound(automaton) == automaton.n_states

@@ -1,0 +1,216 @@
+"""Steps of a vector environment, made ready for the replay buffer: whatever the autoreset mode, nothing bogus."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
+from gymnasium.vector.utils import concatenate, create_empty_array
+
+from ltlc.envs import LTLVectorWrapper
+from ltlc.errors import InvalidArgumentError
+from ltlc.rewards import RewardTables
+
+from .encoder import ObservationEncoder
+from .replay import Steps
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode that ended while collecting."""
+
+    reward: float
+    """sum of the rewards paid, undiscounted."""
+    length: int
+    """steps."""
+    violations: int
+    """steps that entered a deadlock of the automaton."""
+    acceptances: int
+    """steps that carried an acceptance mark."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What an agent sees of a vector environment: base observations, automaton states, reward tables."""
+
+    env: VectorEnv[Any, Any, Any]
+    wrapper: LTLVectorWrapper | None
+    """the wrapper that adds the automaton, or None for an environment that pays its own rewards."""
+    space: spaces.Space[Any]
+    """of a single observation, without the automaton."""
+    n_actions: int
+    autoreset_mode: AutoresetMode
+
+    @classmethod
+    def of(cls, env: VectorEnv[Any, Any, Any]) -> Interface:
+        """The interface of an environment, with or without a `LTLVectorWrapper` in its chain of wrappers.
+
+        Raises:
+            InvalidArgumentError: it is no vector environment, or its actions are not discrete from 0.
+        """
+        if not isinstance(env, VectorEnv):
+            raise InvalidArgumentError(
+                f"{type(env).__name__} is no vector environment; make one with gymnasium.make_vec(id, num_envs=16), "
+                "and put ltlc.LTLVectorWrapper around it"
+            )
+        actions = env.single_action_space
+        if not isinstance(actions, spaces.Discrete) or actions.start != 0:
+            raise InvalidArgumentError(f"the agent needs discrete actions from 0; this environment has {actions}")
+        wrapper: Any = env
+        while isinstance(wrapper, VectorWrapper) and not isinstance(wrapper, LTLVectorWrapper):
+            wrapper = wrapper.env
+        wrapper = wrapper if isinstance(wrapper, LTLVectorWrapper) else None
+        space = env.single_observation_space
+        if wrapper is not None:
+            space = _base_space(wrapper, space)
+        mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
+        return cls(env, wrapper, space, int(actions.n), mode)
+
+    @property
+    def tables(self) -> RewardTables | None:
+        """Reward tables of the task, or None without one."""
+        return None if self.wrapper is None else self.wrapper.task.tables
+
+    def base(self, observations: Any) -> Any:
+        """The part of a batch of observations (or of one) that is not the automaton."""
+        if self.wrapper is None:
+            return observations
+        n_states = self.wrapper.task.tables.n_states
+        match self.wrapper.observation_mode:
+            case "dict":
+                return observations["observation"]
+            case "flat":
+                return observations[..., :-n_states]
+            case "index":
+                return observations // n_states
+        return observations
+
+
+def _base_space(wrapper: LTLVectorWrapper, space: spaces.Space[Any]) -> spaces.Space[Any]:
+    n_states = wrapper.task.tables.n_states
+    match wrapper.observation_mode:
+        case "dict":
+            assert isinstance(space, spaces.Dict)
+            return space["observation"]
+        case "flat":
+            assert isinstance(space, spaces.Box)
+            return spaces.Box(space.low[:-n_states], space.high[:-n_states], dtype=space.dtype)
+        case "index":
+            assert isinstance(space, spaces.Discrete)
+            return spaces.Discrete(int(space.n) // n_states)
+    return space
+
+
+class Collector:
+    """Steps a vector environment and keeps what belongs to each step together.
+
+    Args:
+        interface: of the environment.
+        encoder: of its observations.
+
+    Attributes:
+        packed: current observations, shape (num_envs, width).
+        states: current table states, shape (num_envs,).
+    """
+
+    def __init__(self, interface: Interface, encoder: ObservationEncoder) -> None:
+        self.interface, self.encoder = interface, encoder
+        n = interface.env.num_envs
+        self.packed: npt.NDArray[Any] = np.zeros((n, encoder.width), dtype=encoder.dtype)
+        self.states = np.zeros(n, dtype=np.int64)
+        self._ended: list[tuple[int, Episode]] = []
+        self._totals = np.zeros((4, n))
+        self._done = np.zeros(n, dtype=np.bool_)
+
+    def reset(self, seed: int) -> None:
+        """Begin new episodes everywhere; those under way are dropped.
+
+        Raises:
+            InvalidArgumentError: an automaton is stepped by the sub-environments, where the agent cannot see it.
+        """
+        observations, infos = self.interface.env.reset(seed=seed)
+        if self.interface.wrapper is None and "ltl" in infos:
+            raise InvalidArgumentError(
+                "the sub-environments are wrapped in LTLWrapper; put LTLVectorWrapper around them all instead"
+            )
+        self._see(observations, infos)
+        self._totals[:] = 0
+        self._done[:] = False
+
+    def step(self, actions: npt.NDArray[np.int64]) -> Steps:
+        """Carry out one action in each sub-environment; the rows of those that only began an episode are left out."""
+        env, mode = self.interface.env, self.interface.autoreset_mode
+        packed, states = self.packed, self.states
+        observations, rewards, terminated, truncated, infos = env.step(actions)
+        begun = self._done if mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._done)
+        done = (terminated | truncated) & ~begun
+        self._see(observations, infos)
+        ltl = self._ltl(infos, terminated)
+        arrived = self.packed
+        if mode == AutoresetMode.SAME_STEP and done.any():
+            arrived = self.packed.copy()
+            arrived[done] = self._final(infos, done)
+            ltl = _of_last_step(ltl, infos, done)
+        base_reward = np.asarray(rewards, dtype=np.float64) - ltl["reward"]
+        self._count(rewards, ltl, begun, done)
+        self._done = done
+        if mode == AutoresetMode.DISABLED and done.any():
+            self._see(*env.reset(options={"reset_mask": done.copy()}))
+        real = ~begun
+        return Steps(
+            observation=packed[real],
+            state=states[real],
+            action=np.asarray(actions, dtype=np.int64)[real],
+            letter_class=ltl["letter_class"][real],
+            base_reward=base_reward[real],
+            terminated=ltl["base_terminated"][real],
+            next_observation=arrived[real],
+        )
+
+    def take_episodes(self) -> list[tuple[int, Episode]]:
+        """The episodes that ended since the last call, each with the number of its sub-environment."""
+        ended, self._ended = self._ended, []
+        return ended
+
+    def _see(self, observations: Any, infos: dict[str, Any]) -> None:
+        self.packed = self.encoder.pack(self.interface.base(observations))
+        if self.interface.wrapper is not None:
+            self.states = np.asarray(infos["ltl"]["state"], dtype=np.int64)
+
+    def _ltl(self, infos: dict[str, Any], terminated: BoolArray) -> dict[str, Any]:
+        if self.interface.wrapper is not None:
+            return infos["ltl"]  # type: ignore[no-any-return]
+        n = len(terminated)
+        nothing = np.zeros(n, dtype=np.bool_)
+        return {"reward": np.zeros(n), "letter_class": np.zeros(n, dtype=np.int64), "violated": nothing,
+                "accepting": nothing, "base_terminated": terminated}  # fmt: skip
+
+    def _final(self, infos: dict[str, Any], done: BoolArray) -> npt.NDArray[Any]:
+        """Packed last observations of the episodes that ended, mode SAME_STEP."""
+        each = [self.interface.base(infos["final_obs"][i]) for i in np.flatnonzero(done)]
+        space = self.interface.space
+        batch: Any = create_empty_array(space, len(each))
+        return self.encoder.pack(concatenate(space, each, batch))
+
+    def _count(self, rewards: npt.NDArray[Any], ltl: dict[str, Any], begun: BoolArray, done: BoolArray) -> None:
+        self._totals += np.stack([rewards, np.ones(len(rewards)), ltl["violated"], ltl["accepting"]])
+        self._totals[:, begun] = 0
+        for i in np.flatnonzero(done):
+            reward, length, violations, acceptances = self._totals[:, i].tolist()
+            self._ended.append((int(i), Episode(reward, int(length), int(violations), int(acceptances))))
+        self._totals[:, done] = 0
+
+
+def _of_last_step(ltl: dict[str, Any], infos: dict[str, Any], done: BoolArray) -> dict[str, Any]:
+    """The columns of the step that was made, where `ltl` has those of the new episode (mode SAME_STEP)."""
+    last = infos.get("final_info", {}).get("ltl")
+    if last is None:
+        return ltl
+    keys = ("reward", "letter_class", "violated", "accepting", "base_terminated")
+    return {key: np.where(done, last[key], ltl[key]) for key in keys}

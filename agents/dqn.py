@@ -1,0 +1,242 @@
+"""The agent: action-value networks of a product of environment and automaton, how they act and how they learn."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from gymnasium import spaces
+from torch import Tensor
+
+from ltlc.errors import InvalidArgumentError, TrainingDiverged
+from ltlc.rewards import RewardTables
+
+from .config import DQNConfig
+from .encoder import ObservationEncoder
+from .networks import QNetwork, move_towards
+from .replay import Steps
+from .storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
+from .update import TDLoss, TensorTables
+
+_FILE_KIND = "policy"
+
+
+class DoubleDQN:
+    """Deep Q-learning of one task; `DQNConfig` says which of its variants.
+
+    Args:
+        observation_space: of a single environment, without the automaton.
+        n_actions: discrete actions 0 .. n_actions - 1.
+        tables: reward tables of the task; None for an environment that pays its own rewards.
+        config: hyperparameters.
+
+    Attributes:
+        encoder: of the observations.
+        tables: the reward tables; for None those of a task that asks for nothing.
+        q_network: learns, and acts while training.
+        target_network: values next states; starts as a copy.
+        policy_network: average of the online network over the last updates; its greedy policy is the result.
+        updates: gradient steps made.
+
+    Raises:
+        InvalidArgumentError: the agent cannot take the observation space, or PyTorch cannot use the device.
+
+    References:
+        H. van Hasselt, A. Guez, D. Silver, Deep reinforcement learning with double Q-learning, AAAI 2016,
+        https://doi.org/10.1609/aaai.v30i1.10295. Q. Gao, Deep Reinforcement Learning with Temporal Logic
+        Specifications, Duke University, 2018, algorithm 1. For averaged weights: B. Polyak, A. Juditsky, Acceleration
+        of stochastic approximation by averaging, SIAM J. Control Optim. 1992, https://doi.org/10.1137/0330046.
+    """
+
+    def __init__(
+        self, observation_space: spaces.Space[Any], n_actions: int, tables: RewardTables | None, config: DQNConfig
+    ) -> None:
+        _check_device(config.device)
+        self.config = config
+        self.n_actions = n_actions
+        self.encoder = ObservationEncoder(observation_space, config.observation_input)
+        self.tables = plain_tables(config.gamma) if tables is None else tables
+        self.tensor_tables = TensorTables.of(self.tables, config)
+        self.q_network = self._network(torch.Generator().manual_seed(config.seed))
+        self.target_network = self._network(torch.Generator().manual_seed(config.seed))
+        self.policy_network = self._network(torch.Generator().manual_seed(config.seed))
+        parameters = list(self.q_network.parameters())
+        self.optimizer: torch.optim.Optimizer
+        if config.optimizer == "adam":
+            self.optimizer = torch.optim.Adam(parameters, lr=config.learning_rate, fused=True)
+        else:
+            self.optimizer = torch.optim.SGD(parameters, lr=config.learning_rate)
+        self.loss = TDLoss(self.encoder, self.tensor_tables, config)
+        self.updates = 0
+
+    def _network(self, generator: torch.Generator) -> QNetwork:
+        network = QNetwork(self.encoder.n_features, self.tables.n_states, self.n_actions, self.config, generator)
+        return network.to(self.config.device)
+
+    @torch.no_grad()
+    def q_values(self, observations: Any, states: npt.ArrayLike | None = None) -> npt.NDArray[np.float64]:
+        """Values by the policy network, in the units of the reward.
+
+        Args:
+            observations: a batch of the environment's observations.
+            states: table state of each, shape (batch,), or None for all states.
+
+        Returns:
+            Shape (batch, n_actions), or (batch, n_states, n_actions) for all states.
+        """
+        packed = self.encoder.pack(observations)
+        chosen = None if states is None else np.asarray(states, dtype=np.int64)
+        values = self._evaluate(self.policy_network, packed, chosen)
+        return values.cpu().numpy().astype(np.float64) * self.tensor_tables.scale
+
+    def policy(self, observations: Any, states: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Greedy actions of the policy network, shape (batch,)."""
+        return np.asarray(self.q_values(observations, states).argmax(axis=-1))
+
+    @torch.no_grad()
+    def packed_policy(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        """`policy` for observations that the encoder has packed."""
+        return self._evaluate(self.policy_network, packed, states).argmax(dim=-1).cpu().numpy()
+
+    @torch.no_grad()
+    def explore(
+        self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64], epsilon: float, generator: torch.Generator
+    ) -> npt.NDArray[np.int64]:
+        """Actions for training, shape (batch,): random with probability `epsilon`, else greedy in the online network.
+
+        Draws the same amount from the generator whatever happens.
+        """
+        n = len(packed)
+        random = torch.randint(self.n_actions, (n,), generator=generator)
+        chance = torch.rand(n, generator=generator, dtype=torch.float64)
+        if epsilon >= 1:
+            return random.numpy()
+        greedy = self._evaluate(self.q_network, packed, states).argmax(dim=-1).cpu()
+        return torch.where(chance < epsilon, random, greedy).numpy()
+
+    def _evaluate(self, network: QNetwork, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None) -> Tensor:
+        features = self.encoder.features(torch.from_numpy(packed).to(self.config.device))
+        return network(  # type: ignore[no-any-return]
+            features, None if states is None else torch.from_numpy(states).to(self.config.device)
+        )
+
+    def update(self, steps: Steps, learning_rate: float) -> float:
+        """One gradient step on a batch of sampled steps; returns the loss before it.
+
+        Raises:
+            TrainingDiverged: the loss is not a finite number; the weights are as they were.
+        """
+        for group in self.optimizer.param_groups:
+            group["lr"] = learning_rate
+        self.q_network.train()
+        loss = self.loss(self.q_network, self.target_network, steps)
+        self.q_network.eval()
+        value = loss.item()
+        if not np.isfinite(value):
+            raise TrainingDiverged(self._diagnosis(steps, learning_rate, value))
+        self.optimizer.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        if self.config.max_gradient_norm is not None:
+            torch.nn.utils.clip_grad_norm_(self.q_network.parameters(), self.config.max_gradient_norm)
+        self.optimizer.step()
+        self.updates += 1
+        if self.updates % self.config.target_update_interval == 0:
+            move_towards(self.target_network, self.q_network, self.config.tau)
+        move_towards(self.policy_network, self.q_network, self.config.averaging)
+        return value
+
+    def _diagnosis(self, steps: Steps, learning_rate: float, value: float) -> str:
+        broken = [name for name, weights in self.q_network.named_parameters() if not weights.isfinite().all()]
+        rewards = steps.base_reward[~steps.base_reward.isfinite()]
+        text = f"the loss is {value} at update {self.updates} (batch of {len(steps.action)} steps"
+        text += f", {len(rewards)} of them with a reward that is not finite)" if len(rewards) else ")"
+        text += f"; weights not finite in {', '.join(broken)}" if broken else "; the weights are finite"
+        if len(rewards):
+            return f"{text}. The environment pays rewards that are NaN or infinite; repair or wrap it."
+        return (
+            f"{text}. Try a learning_rate below {learning_rate:g}, max_gradient_norm=10, or a reward_scale above "
+            f"{self.tensor_tables.scale:g}; resume from the last checkpoint, which is from before."
+        )
+
+    def state_dict(self) -> dict[str, Any]:
+        """Everything that learning changes, as tensors and numbers."""
+        return {
+            "q_network": self.q_network.state_dict(),
+            "target_network": self.target_network.state_dict(),
+            "policy_network": self.policy_network.state_dict(),
+            "optimizer": self.optimizer.state_dict(),
+            "updates": self.updates,
+        }
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go back to what `state_dict` gave."""
+        for name in ("q_network", "target_network", "policy_network"):
+            getattr(self, name).load_state_dict(state[name])
+        self.optimizer.load_state_dict(state["optimizer"])
+        self.updates = int(state["updates"])
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the policy to a file, complete or not at all: what `load` needs to act and to value, no more.
+
+        Raises:
+            OSError: the folder is missing, not writable or full; an older file is as it was.
+        """
+        return write_file(path, _FILE_KIND, {
+            "config": self.config.to_dict(),
+            "observation_space": plain_space(self.encoder.space),
+            "n_actions": self.n_actions,
+            "tables": tables_to_tensors(self.tables),
+            "policy_network": self.policy_network.state_dict(),
+        })  # fmt: skip
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, device: str | None = None) -> DoubleDQN:
+        """The agent whose policy was saved; nothing in the file is executed.
+
+        Args:
+            path: the file.
+            device: where to put it; None: where it was trained, or the CPU if that device is not there.
+
+        Raises:
+            FileFormatError: the file is damaged, or no policy.
+            OSError: the file is missing or not readable.
+        """
+        content = read_file(path, _FILE_KIND)
+        config = content["config"]
+        there = config["device"] if _available(config["device"]) else "cpu"
+        agent = cls(
+            space_of_plain(content["observation_space"]),
+            content["n_actions"],
+            tables_of_tensors(content["tables"]),
+            DQNConfig.from_dict(config | {"device": there if device is None else device}),
+        )
+        for network in (agent.policy_network, agent.q_network, agent.target_network):
+            network.load_state_dict(content["policy_network"])
+        return agent
+
+
+def plain_tables(gamma: float) -> RewardTables:
+    """The tables of a task that asks for nothing: one state, reward 0, one discount."""
+    one, no = np.ones((1, 1)), np.zeros((1, 1), dtype=np.bool_)
+    return RewardTables(
+        aps=(), letter_class=np.zeros(1, dtype=np.int32), initial_state=0, next_state=np.zeros((1, 1), dtype=np.int32),
+        reward=0 * one, discount=gamma * one, stop=0 * one, stop_reward=0 * one, violated=no, accepted=no,
+        automaton_state=np.zeros(1, dtype=np.int32), progress=np.zeros(1),
+    )  # fmt: skip
+
+
+def _available(device: str) -> bool:
+    try:
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError):
+        return False
+    return True
+
+
+def _check_device(device: str) -> None:
+    if not _available(device):
+        raise InvalidArgumentError(f'PyTorch cannot use the device {device!r} on this machine; try device="cpu"')

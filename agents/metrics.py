@@ -1,0 +1,138 @@
+"""Metrics of a training run: a CSV file always, TensorBoard where it is installed."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from ltlc.atomic import atomic_write
+from ltlc.errors import FileFormatError
+
+from .collect import Episode
+
+METRICS_FILE = "metrics.csv"
+
+
+@dataclass(frozen=True)
+class Row:
+    """Metrics of the steps since the row before; means are over the episodes that ended, None if none did."""
+
+    steps: int
+    """environment steps since the start of training."""
+    updates: int
+    """gradient steps since the start of training."""
+    episodes: int
+    """episodes that ended since the row before."""
+    episode_return: float | None
+    """mean sum of rewards of an episode, undiscounted."""
+    episode_length: float | None
+    """mean steps of an episode."""
+    violations: float | None
+    """mean violations of an episode."""
+    acceptances: float | None
+    """mean accepting steps of an episode."""
+    loss: float | None
+    """mean loss of the updates."""
+    epsilon: float
+    learning_rate: float
+    seconds: float
+    """of training, interruptions not counted."""
+
+
+_HEADER = tuple(field.name for field in fields(Row))
+
+
+class Metrics:
+    """Collects what happens and writes a row now and then.
+
+    Args:
+        folder: where `metrics.csv` and the TensorBoard events go; None: nowhere.
+        steps: environment steps made so far; what the file says about later ones is dropped.
+
+    Raises:
+        FileFormatError: there is a `metrics.csv` that is not of a training run.
+    """
+
+    def __init__(self, folder: Path | None, steps: int = 0) -> None:
+        self.path = None if folder is None else folder / METRICS_FILE
+        self._losses: list[float] = []
+        self._episodes: list[Episode] = []
+        self._writer: Any = None
+        if folder is not None and self.path is not None:
+            _keep_rows(self.path, steps)
+            with contextlib.suppress(ImportError):  # TensorBoard is optional
+                from torch.utils.tensorboard.writer import SummaryWriter  # late: it is slow
+
+                self._writer = SummaryWriter(str(folder), purge_step=steps or None)
+
+    def add(self, episodes: list[Episode], losses: list[float]) -> None:
+        """Take in what happened in a step."""
+        self._episodes += episodes
+        self._losses += losses
+
+    def row(self, steps: int, updates: int, epsilon: float, learning_rate: float, seconds: float) -> Row:
+        """Write a row, and begin the next."""
+        episodes, n = self._episodes, len(self._episodes)
+        row = Row(
+            steps=steps,
+            updates=updates,
+            episodes=n,
+            episode_return=sum(e.reward for e in episodes) / n if n else None,
+            episode_length=sum(e.length for e in episodes) / n if n else None,
+            violations=sum(e.violations for e in episodes) / n if n else None,
+            acceptances=sum(e.acceptances for e in episodes) / n if n else None,
+            loss=sum(self._losses) / len(self._losses) if self._losses else None,
+            epsilon=epsilon,
+            learning_rate=learning_rate,
+            seconds=seconds,
+        )
+        self._episodes, self._losses = [], []
+        if self.path is not None:
+            with self.path.open("a", encoding="utf-8", newline="") as stream:
+                stream.write(_line(asdict(row).values()))
+        if self._writer is not None:
+            for name, value in asdict(row).items():
+                if value is not None and name != "steps":
+                    self._writer.add_scalar(name, value, steps)
+        return row
+
+    def state_dict(self) -> dict[str, Any]:
+        """What has been taken in since the last row, as numbers."""
+        return {
+            "losses": list(self._losses),
+            "episodes": [[e.reward, e.length, e.violations, e.acceptances] for e in self._episodes],
+        }
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go back to what `state_dict` gave."""
+        self._losses = list(state["losses"])
+        self._episodes = [Episode(*values) for values in state["episodes"]]
+
+    def close(self) -> None:
+        """Finish the TensorBoard file."""
+        if self._writer is not None:
+            self._writer.close()
+
+
+def _line(values: Any) -> str:
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerow(["" if value is None else value for value in values])
+    return stream.getvalue()
+
+
+def _keep_rows(path: Path, steps: int) -> None:
+    """Leave the header and the rows up to so many steps; a last line that was cut short goes too."""
+    kept = [_line(_HEADER)]
+    if steps and path.exists():
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        if not lines or lines[0] != kept[0]:
+            raise FileFormatError(f"{path}: line 1 is not the header of a training run; move the file away to go on")
+        for line in lines[1:]:
+            first = line.split(",", 1)[0]
+            if line.endswith("\n") and first.isdecimal() and int(first) <= steps:
+                kept.append(line)
+    atomic_write(path, "".join(kept))

@@ -1,0 +1,121 @@
+"""Files of tensors and plain values: complete or not there, checked when read, and never executed."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium import spaces
+
+from ltlc.atomic import atomic_write
+from ltlc.errors import FileFormatError
+from ltlc.rewards import RewardTables
+
+_MAGIC = "ltlc"
+_VERSION = 1
+
+
+def write_file(path: str | os.PathLike[str], kind: str, content: dict[str, Any]) -> Path:
+    """Write nested dicts, lists, tensors, numbers and texts, with a checksum.
+
+    Raises:
+        OSError: the folder is missing, not writable or full; an older file is as it was.
+    """
+    stream = io.BytesIO()
+    torch.save(content, stream)
+    payload = stream.getvalue()
+    head = f"{_MAGIC} {kind} {_VERSION} {hashlib.sha256(payload).hexdigest()}\n"
+    try:
+        return atomic_write(path, head.encode("ascii") + payload)
+    except OSError as error:
+        what = f"cannot write the {kind} {os.fspath(path)!r} ({error.strerror}); what was there before is unharmed"
+        raise OSError(error.errno, what) from error
+
+
+def read_file(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
+    """Read what `write_file` wrote; tensors come to the CPU.
+
+    Raises:
+        FileFormatError: the file is damaged, of another kind, or of a later version.
+        OSError: the file is missing or not readable.
+    """
+    head, _, payload = Path(path).read_bytes().partition(b"\n")
+    words = head.decode("ascii", "replace").split()
+    if len(words) != 4 or words[0] != _MAGIC or words[1] != kind:
+        raise FileFormatError(f"{os.fspath(path)}: this is not a {kind} file of ltlc, or its first line is damaged")
+    if words[2] != str(_VERSION):
+        raise FileFormatError(f"{os.fspath(path)}: {kind} of format {words[2]}; this version reads format {_VERSION}")
+    if hashlib.sha256(payload).hexdigest() != words[3]:
+        raise FileFormatError(
+            f"{os.fspath(path)}: the {kind} is damaged (its checksum does not fit, {len(payload)} bytes); "
+            "restore it from a backup, or start again"
+        )
+    content: dict[str, Any] = torch.load(io.BytesIO(payload), map_location="cpu", weights_only=True)
+    return content
+
+
+def tables_to_tensors(tables: RewardTables) -> dict[str, Any]:
+    """Reward tables as values that `write_file` takes."""
+    values = {field.name: getattr(tables, field.name) for field in fields(tables)}
+    return {
+        name: torch.from_numpy(value.copy()) if isinstance(value, np.ndarray) else value
+        for name, value in values.items()
+    }
+
+
+def tables_of_tensors(values: dict[str, Any]) -> RewardTables:
+    """The inverse of `tables_to_tensors`."""
+    arrays = {name: value.numpy() if isinstance(value, torch.Tensor) else value for name, value in values.items()}
+    return RewardTables(**arrays | {"aps": tuple(values["aps"])})
+
+
+def same_tables(one: RewardTables, other: RewardTables) -> bool:
+    """Whether two tables agree in every entry."""
+    return all(np.array_equal(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+
+
+def plain_space(space: spaces.Space[Any]) -> dict[str, Any]:
+    """A space the agent can take, as values that `write_file` takes."""
+    match space:
+        case spaces.Discrete():
+            return {"kind": "Discrete", "n": int(space.n), "start": int(space.start)}
+        case spaces.MultiDiscrete():
+            return {"kind": "MultiDiscrete", "nvec": space.nvec.tolist(), "start": space.start.tolist()}
+        case spaces.MultiBinary():
+            return {"kind": "MultiBinary", "n": space.n if isinstance(space.n, int) else list(space.n)}
+        case spaces.Box():
+            bounds = {"low": torch.from_numpy(space.low.copy()), "high": torch.from_numpy(space.high.copy())}
+            return {"kind": "Box", "dtype": np.dtype(space.dtype).name, **bounds}
+        case spaces.Dict():
+            return {"kind": "Dict", "parts": {key: plain_space(part) for key, part in space.spaces.items()}}
+        case spaces.Tuple():
+            return {"kind": "Tuple", "parts": [plain_space(part) for part in space.spaces]}
+    raise TypeError(space)  # the encoder has refused it
+
+
+def space_of_plain(plain: dict[str, Any]) -> spaces.Space[Any]:
+    """The inverse of `plain_space`.
+
+    Raises:
+        FileFormatError: there is no such kind of space.
+    """
+    match plain["kind"]:
+        case "Discrete":
+            return spaces.Discrete(plain["n"], start=plain["start"])
+        case "MultiDiscrete":
+            return spaces.MultiDiscrete(plain["nvec"], start=plain["start"])
+        case "MultiBinary":
+            return spaces.MultiBinary(plain["n"])
+        case "Box":
+            return spaces.Box(plain["low"].numpy(), plain["high"].numpy(), dtype=np.dtype(plain["dtype"]).type)
+        case "Dict":
+            return spaces.Dict({key: space_of_plain(part) for key, part in plain["parts"].items()})
+        case "Tuple":
+            return spaces.Tuple([space_of_plain(part) for part in plain["parts"]])
+    raise FileFormatError(f"observation space of the unknown kind {plain['kind']!r}")

@@ -1,0 +1,302 @@
+"""The training loop of algorithm 1, for many environments at once, interruptible at any moment."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium.vector import VectorEnv
+
+from ltlc.errors import InvalidArgumentError
+
+from .collect import Collector, Interface
+from .config import DQNConfig
+from .dqn import DoubleDQN
+from .metrics import Metrics, Row
+from .replay import ReplayBuffer
+from .storage import read_file, same_tables, tables_of_tensors, tables_to_tensors, write_file
+
+CHECKPOINT_FILE = "checkpoint.ltlc"
+POLICY_FILE = "policy.ltlc"
+_FILE_KIND = "checkpoint"
+_FREE_TO_CHANGE = ("device", "threads")
+"""hyperparameters that a resumed run may have different."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a training run stands; callbacks get it with each row of metrics."""
+
+    agent: DoubleDQN
+    row: Row
+    total_steps: int
+
+    @property
+    def seconds_left(self) -> float:
+        """Estimated seconds to go, at the speed so far."""
+        return self.row.seconds * (self.total_steps / max(self.row.steps, 1) - 1)
+
+
+@dataclass(frozen=True)
+class TrainingResult:
+    """What a training run came to."""
+
+    agent: DoubleDQN
+    steps: int
+    """environment steps since the start of training."""
+    seconds: float
+    """of training, interruptions not counted."""
+    interrupted: bool
+    """whether it stopped on Ctrl-C."""
+    folder: Path | None
+
+    def __str__(self) -> str:
+        total = self.agent.config.total_steps
+        text = f"{self.steps} of {total} steps in {self.seconds:.1f} s"
+        if not self.interrupted:
+            return text
+        if self.folder is None:
+            return f"{text}, interrupted; nothing was written, since no folder was given"
+        return f"{text}, interrupted; all of it is in {self.folder}. Go on with train(env, folder=..., resume=True)"
+
+
+Callback = Callable[[Progress], bool | None]
+
+
+def train(
+    env: VectorEnv[Any, Any, Any],
+    config: DQNConfig | None = None,
+    *,
+    folder: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    callback: Callback | None = None,
+) -> TrainingResult:
+    """Train an agent in a vector environment, usually an `LTLVectorWrapper`.
+
+    Training is cut into legs of `checkpoint_every` steps. Each begins with an environment reset from a seed of its own
+    and ends with a checkpoint. So the result depends on the configuration alone, not on whether the run was killed and
+    resumed from a checkpoint, as long as the environment is deterministic given its seed. (Ctrl-C ends the leg on the
+    spot; a run resumed after it is a sound one, but not the same as without.)
+
+    Args:
+        env: the environment; it is not closed.
+        config: hyperparameters; None: those of the run to resume, or the defaults.
+        folder: where `metrics.csv`, `checkpoint.ltlc` and in the end `policy.ltlc` are written; None: nothing is.
+        resume: whether to go on from the checkpoint in the folder.
+        callback: called with each row of metrics; stops the training by returning True.
+
+    Raises:
+        InvalidArgumentError: the agent cannot take the environment; the folder holds a run and `resume` is False; or
+            the checkpoint is of another configuration, task or environment.
+        FileFormatError: the checkpoint is damaged.
+        TrainingDiverged: the loss is no longer finite; the last checkpoint is intact.
+        OSError: the folder cannot be written, for instance because the disk is full; the last checkpoint is intact.
+
+    References:
+        Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, algorithm 1.
+    """
+    place = None if folder is None else Path(folder)
+    saved = _find_checkpoint(place, resume)
+    config = _agreed_config(config, saved)
+    with _threads(config.threads), _InterruptFlag() as interrupt:
+        run = _Run(env, config, place, saved)
+        stopped = False
+        while run.steps < config.total_steps and not stopped and not interrupt.raised:
+            epsilon, learning_rate = config.epsilon_at(run.steps), config.learning_rate_at(run.steps)
+            actions = run.agent.explore(run.collector.packed, run.collector.states, epsilon, run.generator)
+            steps = run.collector.step(actions)
+            run.buffer.add(steps)
+            losses = []
+            if len(steps.action) and run.may_update():
+                for _ in range(config.gradient_steps):
+                    batch = run.buffer.sample(config.batch_size, run.generator)
+                    losses.append(run.agent.update(batch, learning_rate))
+            row = run.advance(len(steps.action), losses, epsilon, learning_rate)
+            if row is not None and callback is not None:
+                stopped = bool(callback(Progress(run.agent, row, config.total_steps)))
+            if run.leg_is_over() and run.steps < config.total_steps:
+                run.begin_leg()
+        run.finish()
+        return TrainingResult(run.agent, run.steps, run.seconds, interrupt.raised, place)
+
+
+class _Run:
+    """The state of a training run: everything a checkpoint holds."""
+
+    def __init__(
+        self, env: VectorEnv[Any, Any, Any], config: DQNConfig, folder: Path | None, saved: dict[str, Any] | None
+    ) -> None:
+        interface = Interface.of(env)
+        self.config, self.folder = config, folder
+        self.agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
+        encoder = self.agent.encoder
+        self.buffer = ReplayBuffer(config.buffer_size, encoder.width, encoder.dtype, config.device)
+        self.collector = Collector(interface, encoder)
+        self.generator = torch.Generator().manual_seed(_seed(config, 0))
+        self.steps = self.rounds = self.leg = 0
+        self._seconds, self._since = 0.0, time.perf_counter()
+        if saved is not None:
+            self._check_same_task(saved)
+        if folder is not None:
+            folder.mkdir(parents=True, exist_ok=True)
+        self.metrics = Metrics(folder, 0 if saved is None else int(saved["steps"]))
+        if saved is not None:
+            self._restore(saved)
+        self._reset()
+
+    @property
+    def seconds(self) -> float:
+        """Seconds of training so far."""
+        return self._seconds + time.perf_counter() - self._since
+
+    def may_update(self) -> bool:
+        """Whether there is enough in the buffer, and it is the turn of an update."""
+        enough = len(self.buffer) >= max(self.config.learning_starts, self.config.batch_size)
+        return enough and self.rounds % self.config.train_frequency == 0
+
+    def advance(self, n_steps: int, losses: list[float], epsilon: float, learning_rate: float) -> Row | None:
+        """Count a round of environment steps; a row of metrics if one is due."""
+        before = self.steps
+        self.steps += n_steps
+        self.rounds += 1
+        self.metrics.add([episode for _, episode in self.collector.take_episodes()], losses)
+        every = self.config.log_every
+        if before // every == self.steps // every and self.steps < self.config.total_steps:
+            return None
+        return self.metrics.row(self.steps, self.agent.updates, epsilon, learning_rate, round(self.seconds, 3))
+
+    def leg_is_over(self) -> bool:
+        """Whether a checkpoint is due."""
+        return self.steps >= self._leg_end
+
+    def begin_leg(self) -> None:
+        """Write a checkpoint, and begin new episodes from the seed of the next leg."""
+        self.save()
+        self._reset()
+
+    def finish(self) -> None:
+        """Write the last checkpoint and the policy."""
+        self.save()
+        self.metrics.close()
+        if self.folder is not None:
+            self.agent.save(self.folder / POLICY_FILE)
+
+    def save(self) -> None:
+        """End the leg with a checkpoint: the old one, or the new one, is there at any moment."""
+        self.leg += 1
+        if self.folder is None:
+            return
+        content = {
+            "config": self.config.to_dict(),
+            "tables": tables_to_tensors(self.agent.tables),
+            "space": repr(self.agent.encoder.space),
+            "num_envs": len(self.collector.packed),
+            "steps": self.steps,
+            "rounds": self.rounds,
+            "leg": self.leg,
+            "seconds": self.seconds,
+            "generator": self.generator.get_state(),
+            "agent": self.agent.state_dict(),
+            "buffer": self.buffer.state_dict(),
+            "metrics": self.metrics.state_dict(),
+        }
+        write_file(self.folder / CHECKPOINT_FILE, _FILE_KIND, content)
+
+    def _reset(self) -> None:
+        every = self.config.checkpoint_every
+        self._leg_end = (self.steps // every + 1) * every
+        self.collector.reset(_seed(self.config, self.leg + 1))
+
+    def _restore(self, saved: dict[str, Any]) -> None:
+        self.steps, self.rounds, self.leg = saved["steps"], saved["rounds"], saved["leg"]
+        self._seconds = saved["seconds"]
+        self.generator.set_state(saved["generator"])
+        self.agent.load_state_dict(saved["agent"])
+        self.buffer.load_state_dict(saved["buffer"])
+        self.metrics.load_state_dict(saved["metrics"])
+
+    def _check_same_task(self, saved: dict[str, Any]) -> None:
+        if not same_tables(tables_of_tensors(saved["tables"]), self.agent.tables):
+            raise InvalidArgumentError(
+                "the checkpoint is of a task with other reward tables; resume with the same task"
+            )
+        here = (repr(self.agent.encoder.space), len(self.collector.packed))
+        if here != (saved["space"], saved["num_envs"]):
+            raise InvalidArgumentError(
+                f"the checkpoint is of {saved['num_envs']} environments that show {saved['space']}, "
+                f"this is {here[1]} that show {here[0]}; resume with the same environment"
+            )
+
+
+def _find_checkpoint(folder: Path | None, resume: bool) -> dict[str, Any] | None:
+    """The content of the checkpoint to resume from, or None to start afresh."""
+    path = None if folder is None else folder / CHECKPOINT_FILE
+    exists = path is not None and path.exists()
+    if resume and not exists:
+        raise InvalidArgumentError(f"there is no checkpoint to resume from in {folder}; train with resume=False first")
+    if exists and not resume:
+        raise InvalidArgumentError(f"{folder} holds a training run; pass resume=True to go on, or another folder")
+    return read_file(path, _FILE_KIND) if resume and path is not None else None
+
+
+def _agreed_config(config: DQNConfig | None, saved: dict[str, Any] | None) -> DQNConfig:
+    """The configuration of the run; a resumed one goes on with its own."""
+    if saved is None:
+        return config or DQNConfig()
+    before = DQNConfig.from_dict(saved["config"])
+    if config is None:
+        return before
+    names = [field.name for field in dataclasses.fields(DQNConfig) if field.name not in _FREE_TO_CHANGE]
+    changed = [name for name in names if getattr(config, name) != getattr(before, name)]
+    if changed:
+        pairs = ", ".join(f"{name} {getattr(before, name)!r}, not {getattr(config, name)!r}" for name in changed)
+        raise InvalidArgumentError(f"the run to resume has {pairs}; resume with config=None")
+    return config
+
+
+def _seed(config: DQNConfig, stream: int) -> int:
+    """Independent seeds: 0 of the agent's random numbers, 1, 2, ... of the environment in each leg."""
+    return int(np.random.SeedSequence([config.seed, stream]).generate_state(1)[0] >> 1)
+
+
+@contextlib.contextmanager
+def _threads(count: int | None) -> Iterator[None]:
+    before = torch.get_num_threads()
+    torch.set_num_threads(before if count is None else count)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
+class _InterruptFlag:
+    """While active, the first Ctrl-C only raises a flag; a second one is as usual."""
+
+    def __init__(self) -> None:
+        self.raised = False
+
+    def __enter__(self) -> _InterruptFlag:
+        self._active = threading.current_thread() is threading.main_thread()
+        if self._active:
+            self._before = signal.signal(signal.SIGINT, self._handle)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._active:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        if self.raised:
+            raise KeyboardInterrupt
+        self.raised = True

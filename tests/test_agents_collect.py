@@ -1,0 +1,173 @@
+"""What reaches the replay buffer: executed actions, true last observations, no bogus transitions."""
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+from ltlc.agents.collect import Collector, Interface
+from ltlc.agents.encoder import ObservationEncoder
+from ltlc.agents.replay import FIELDS, ReplayBuffer, Steps
+from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld
+from ltlc.errors import InvalidArgumentError
+from ltlc.task import Task
+
+MAP = "S..\n.C.\n..A"
+MODES = [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP, AutoresetMode.DISABLED]
+
+
+class Line(gym.Env[int, int]):
+    """Cells 0..4 in a row, start at 1; action 1 goes right, 0 left; the ends terminate, 3 steps truncate."""
+
+    observation_space = spaces.Discrete(5)
+    action_space = spaces.Discrete(2)
+    propositions = ("edge",)
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+        super().reset(seed=seed)
+        self.cell, self.time = 1, 0
+        return self.cell, {"labels": set()}
+
+    def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+        self.cell += 2 * int(action) - 1
+        self.time += 1
+        end = self.cell in (0, 4)
+        return self.cell, float(self.cell), end, self.time == 3, {"labels": {"edge"} if end else set()}
+
+
+def lines(mode: AutoresetMode, n: int = 3) -> SyncVectorEnv:
+    return SyncVectorEnv([Line] * n, autoreset_mode=mode)
+
+
+def collector(env: Any) -> Collector:
+    interface = Interface.of(env)
+    made = Collector(interface, ObservationEncoder(interface.space))
+    made.reset(0)
+    return made
+
+
+def rows(steps: Steps) -> list[tuple[Any, ...]]:
+    columns = [np.ravel(getattr(steps, name)).tolist() for name in FIELDS]
+    return list(zip(*columns, strict=True))
+
+
+def collect(env: Any, n: int, seed: int = 0) -> tuple[list[tuple[Any, ...]], list[Any]]:
+    source, random = collector(env), np.random.default_rng(seed)
+    found = []
+    for _ in range(n):
+        found += rows(source.step(random.integers(0, source.interface.n_actions, env.num_envs)))
+    return found, source.take_episodes()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_plain_environment_gives_true_transitions_only(mode: AutoresetMode) -> None:
+    found, episodes = collect(lines(mode), 60)
+    assert len(found) > 100
+    for observation, state, action, letter_class, reward, terminated, arrived in found:
+        assert arrived == observation + 2 * action - 1  # never the first observation of the next episode
+        assert reward == arrived and (state, letter_class) == (0, 0)
+        assert terminated == (arrived in (0, 4))  # and not where the time was up
+    assert {episode.length for _, episode in episodes} == {1, 3}
+    assert all(episode.reward == (0 if episode.length == 1 else episode.reward) for _, episode in episodes)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("observation", ["none", "dict", "index", "flat"])
+def test_wrapped_grid_gives_true_transitions_in_every_mode(mode: AutoresetMode, observation: Any) -> None:
+    task = Task("F A & G !C", on_deadlock="terminate")
+    env = VectorGridWorld(MAP, 4, max_episode_steps=7, autoreset_mode=mode)
+    wrapped = LTLVectorWrapper(env, task, observation=observation)
+    tables = task.tables
+    source, random = collector(wrapped), np.random.default_rng(1)
+    seen = set()
+    for _ in range(80):
+        before = source.states.copy()
+        actions = random.integers(0, 5, 4)
+        steps = source.step(actions)
+        cells = source.encoder.features(torch.from_numpy(steps.observation))
+        after = source.encoder.features(torch.from_numpy(steps.next_observation))
+        if observation == "flat":  # indicator vectors arrive as a box scaled to [-1, 1]
+            cells, after = cells > 0, after > 0
+        for i, (cell, arrived) in enumerate(
+            zip(cells.int().argmax(1).tolist(), after.int().argmax(1).tolist(), strict=True)
+        ):
+            row, column = divmod(cell, 3)
+            move = [(-1, 0), (0, 1), (1, 0), (0, -1), (0, 0)][int(steps.action[i])]
+            row, column = min(max(row + move[0], 0), 2), min(max(column + move[1], 0), 2)
+            assert arrived == 3 * row + column
+            letter = {8: 1 << tables.aps.index("A"), 4: 1 << tables.aps.index("C")}.get(arrived, 0)
+            assert steps.letter_class[i] == tables.letter_class[letter]
+            assert steps.base_reward[i] == 0 and not steps.terminated[i]
+            seen.add(arrived)
+        assert set(steps.state.tolist()) <= set(before.tolist())
+    assert seen == set(range(9))
+    lengths = {episode.length for _, episode in source.take_episodes()}
+    assert max(lengths) == 7 and min(lengths) < 7  # some run out of time, some end by the task
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_environment_that_terminates_is_told_from_the_task(mode: AutoresetMode) -> None:
+    wrapped = LTLVectorWrapper(lines(mode), Task("F edge"), observation="none")
+    found, episodes = collect(wrapped, 60)
+    assert all(terminated == (arrived in (0, 4)) for *_, terminated, arrived in found)
+    assert {episode.acceptances for _, episode in episodes} == {0, 1}
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_base_reward_is_what_comes_on_top_of_the_tables(mode: AutoresetMode) -> None:
+    wrapped = LTLVectorWrapper(lines(mode), Task("F edge"), observation="none", reward="add")
+    found, _ = collect(wrapped, 30)
+    assert all(reward == pytest.approx(arrived) for *_, reward, _, arrived in found)
+
+
+def test_the_executed_action_is_stored_and_not_the_greedy_one() -> None:
+    source = collector(lines(AutoresetMode.NEXT_STEP))
+    executed = np.array([1, 0, 1])
+    steps = source.step(executed)
+    assert steps.action.tolist() == executed.tolist()
+    buffer = ReplayBuffer(10, 1, np.int64)
+    buffer.add(steps)
+    assert buffer.columns["action"][:3].tolist() == executed.tolist()
+
+
+def test_buffer_keeps_the_last_rows_and_samples_whole_ones() -> None:
+    buffer = ReplayBuffer(5, 1, np.int64)
+    for first in (0, 4, 8):
+        n = np.arange(first, first + 4)
+        buffer.add(Steps(n[:, None], n, n, n, n.astype(float), n % 2 == 0, n[:, None] + 1))
+    assert len(buffer) == 5 and buffer.added == 12
+    assert sorted(buffer.columns["action"].tolist()) == [7, 8, 9, 10, 11]
+    sample = buffer.sample(100, torch.Generator().manual_seed(0))
+    assert set(sample.action.tolist()) == {7, 8, 9, 10, 11}
+    for row in rows(sample):
+        a = row[0]
+        assert row == (a, a, a, a, float(a), a % 2 == 0, a + 1)
+    many = np.arange(20)
+    buffer.add(Steps(many[:, None], many, many, many, many * 1.0, many < 0, many[:, None]))
+    assert sorted(buffer.columns["action"].tolist()) == [15, 16, 17, 18, 19]
+
+
+def test_buffer_comes_back_from_its_state() -> None:
+    one, other = ReplayBuffer(5, 1, np.int64), ReplayBuffer(5, 1, np.int64)
+    n = np.arange(7)
+    one.add(Steps(n[:, None], n, n, n, n * 1.0, n > 3, n[:, None]))
+    other.load_state_dict(one.state_dict())
+    assert all(torch.equal(one.columns[name], other.columns[name]) for name in FIELDS)
+    assert other.added == 7
+    with pytest.raises(InvalidArgumentError, match="does not fit this buffer"):
+        ReplayBuffer(5, 2, np.int64).load_state_dict(one.state_dict())
+
+
+def test_environments_the_agent_cannot_take_are_refused() -> None:
+    with pytest.raises(InvalidArgumentError, match="no vector environment; make one with gymnasium.make_vec"):
+        Interface.of(Line())  # type: ignore[arg-type]
+    pendulum = SyncVectorEnv([lambda: gym.make("Pendulum-v1")])
+    with pytest.raises(InvalidArgumentError, match="needs discrete actions"):
+        Interface.of(pendulum)
+    inside = SyncVectorEnv([lambda: LTLWrapper(Line(), Task("F edge"))])
+    with pytest.raises(InvalidArgumentError, match="put LTLVectorWrapper around them"):
+        collector(inside)

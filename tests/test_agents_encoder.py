@@ -1,0 +1,85 @@
+"""Observations as packed rows and network inputs."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from gymnasium import spaces
+from gymnasium.vector.utils import batch_space
+
+from ltlc.agents.encoder import JOINT_LIMIT, ObservationEncoder
+from ltlc.errors import InvalidArgumentError
+
+SPACES = [
+    spaces.Discrete(7, start=-2),
+    spaces.MultiDiscrete([3, 4], start=[1, 0]),
+    spaces.MultiBinary(3),
+    spaces.Box(np.array([-1.0, 0.0]), np.array([1.0, np.inf]), dtype=np.float64),
+    spaces.Box(0, 255, (4, 4, 3), dtype=np.uint8),
+    spaces.Dict({"a": spaces.Discrete(3), "b": spaces.Tuple([spaces.MultiBinary(2), spaces.Box(0.0, 1.0, (2,))])}),
+]
+
+
+def features(encoder: ObservationEncoder, batch: Any) -> np.ndarray:
+    return encoder.features(torch.from_numpy(encoder.pack(batch))).numpy()
+
+
+@pytest.mark.parametrize("space", SPACES, ids=str)
+@pytest.mark.parametrize("mode", ["one-hot", "raw"])
+def test_batches_of_every_space_are_encoded(space: spaces.Space[Any], mode: Any) -> None:
+    batch = batch_space(space, 5)
+    batch.seed(0)
+    encoder = ObservationEncoder(space, mode)
+    packed = encoder.pack(batch.sample())
+    assert packed.shape == (5, encoder.width) and packed.dtype == encoder.dtype
+    inputs = encoder.features(torch.from_numpy(packed))
+    assert inputs.shape == (5, encoder.n_features) and inputs.dtype == torch.float32
+
+
+def test_discrete_numbers_become_one_joint_indicator() -> None:
+    encoder = ObservationEncoder(spaces.MultiDiscrete([3, 4], start=[1, 0]))
+    inputs = features(encoder, np.array([[1, 0], [3, 2]]))
+    assert inputs.shape == (2, 12)
+    assert inputs.argmax(axis=1).tolist() == [0, 2 * 4 + 2]
+    assert np.array_equal(features(encoder, encoder.all_observations()), np.eye(12))
+    index = encoder.index(torch.from_numpy(encoder.pack(encoder.all_observations())))
+    assert index.tolist() == list(range(12))
+
+
+def test_many_discrete_numbers_get_an_indicator_each() -> None:
+    encoder = ObservationEncoder(spaces.MultiDiscrete([JOINT_LIMIT, 2]))
+    assert encoder.n_features == JOINT_LIMIT + 2 and encoder.n_observations == 0
+    inputs = features(encoder, np.array([[5, 1]]))
+    assert np.flatnonzero(inputs[0]).tolist() == [5, JOINT_LIMIT + 1]
+
+
+def test_raw_numbers_stay_as_they_are() -> None:
+    encoder = ObservationEncoder(spaces.MultiDiscrete([10, 10]), "raw")
+    assert features(encoder, np.array([[8, 3]])).tolist() == [[8.0, 3.0]]
+    assert encoder.n_observations == 100
+
+
+def test_bounded_parts_of_a_box_are_scaled() -> None:
+    space = spaces.Box(np.array([0.0, -np.inf]), np.array([4.0, 3.0]), dtype=np.float64)
+    assert features(ObservationEncoder(space), np.array([[3.0, 2.0]])).tolist() == [[0.5, 2.0]]
+    assert features(ObservationEncoder(space, "raw"), np.array([[3.0, 2.0]])).tolist() == [[3.0, 2.0]]
+
+
+def test_images_are_kept_as_bytes() -> None:
+    encoder = ObservationEncoder(spaces.Box(0, 255, (2, 2), dtype=np.uint8))
+    assert encoder.dtype == np.uint8
+    assert features(encoder, np.full((1, 2, 2), 255, dtype=np.uint8)).tolist() == [[1.0] * 4]
+
+
+def test_spaces_without_a_fixed_size_are_refused() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"cannot take observations of Text.*part \('words',\)"):
+        ObservationEncoder(spaces.Dict({"words": spaces.Text(5)}))
+
+
+def test_observations_that_are_no_numbers_are_refused() -> None:
+    encoder = ObservationEncoder(spaces.Box(-1.0, 1.0, (2,)))
+    with pytest.raises(InvalidArgumentError, match="NaN or infinite"):
+        encoder.pack(np.array([[0.0, np.nan]], dtype=np.float32))
+    with pytest.raises(InvalidArgumentError, match="do not fit"):
+        encoder.pack(np.zeros((4, 3), dtype=np.float32))

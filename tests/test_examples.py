@@ -1,0 +1,42 @@
+"""Every example runs; what it prints says that it did what it promises."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def run(monkeypatch: pytest.MonkeyPatch, name: str, *arguments: str) -> None:
+    monkeypatch.setattr(sys, "argv", [name, *arguments])
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+
+
+def test_frozen_lake(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    run(monkeypatch, "wrap_frozen_lake.py")
+    printed = capsys.readouterr().out
+    assert "Pmax   = 0.8235" in printed
+    assert float(printed.split("P(sat) = ")[1][:6]) > 0.7
+
+
+def test_cartpole(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    run(monkeypatch, "wrap_cartpole.py")
+    printed = capsys.readouterr().out
+    assert "0 violations" in printed
+    assert "still going" in printed
+
+
+def test_stable_baselines3(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed", exc_type=ImportError)
+    run(monkeypatch, "train_stable_baselines3.py", "--steps", "700")
+    assert "optimal     return   -10.33" in capsys.readouterr().out
+
+
+def test_stable_baselines3_is_asked_for_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    with pytest.raises(SystemExit, match="pip install stable-baselines3"):
+        run(monkeypatch, "train_stable_baselines3.py")
