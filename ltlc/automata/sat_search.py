@@ -208,7 +208,7 @@ class Search:
                 self._numbered.add(r)
                 self._number_copies(r, column)
         for other in self._active:
-            for columns in {(column,), (column, other)}:
+            for columns in dict.fromkeys([(column,), (column, other)]):
                 for residual in range(len(self.part.residuals)):
                     if self.part.after(residual, columns) == residual:
                         self._add(_normal(self.part, residual, columns))
