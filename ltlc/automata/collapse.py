@@ -16,7 +16,7 @@ from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
 from ltlc.automata.residuals import Part, Residuals, residuals
 
-MAX_PAIRS = 200
+MAX_NODES = 200
 """bound on the sets of edges, accepted or rejected, that the pairs of one component are made from."""
 
 
@@ -73,7 +73,7 @@ def collapsed(part: Part, on_states: bool) -> Structure | None:
     residual_of = tuple(range(len(part.residuals)))
     if len(part.states) == len(residual_of):
         return None
-    pairs = rabin_condition(part.cycle_graph(part.step, residual_of, on_states), max_nodes=MAX_PAIRS)
+    pairs = rabin_condition(part.cycle_graph(part.step, residual_of, on_states), max_nodes=MAX_NODES)
     return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
 
 
