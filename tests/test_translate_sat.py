@@ -71,6 +71,12 @@ def test_collapse_keeps_language_and_acceptance_and_never_grows() -> None:
         assert result.lower_bound == lower_bound(automaton) <= result.automaton.n_states <= automaton.n_states
 
 
+def test_labels_of_states_on_separate_rejected_cycles_can_be_accepted_together() -> None:
+    automaton = compiled("G(a | X!a | X((a | X!a) U (!b & X b)))", "state")
+    result = collapse(automaton)
+    assert equivalent(result.automaton, automaton)
+
+
 def test_minimize_keeps_language_and_acceptance_and_never_grows(sat: None) -> None:
     for automaton in random_automata(60, max_states=4):
         result = minimize(automaton)
