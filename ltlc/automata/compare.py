@@ -20,7 +20,6 @@ from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
 
-
 _SMALL_PRODUCT = 50_000
 """product edges up to which plain lists are faster than arrays."""
 
