@@ -6,8 +6,11 @@ from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import counterexample, equivalent, equivalent_states, included, is_empty
 from ltlc.automata.marks import simplify_marks
+from ltlc.automata.pair_choice import limit_deterministic
+from ltlc.automata.parity import parity_colours, to_parity
 from ltlc.automata.rabin import RabinAutomaton, RabinPair
 from ltlc.automata.reduce import merge_bisimilar, merge_equivalent, reduce
+from ltlc.automata.refinement import Refinement
 from ltlc.automata.retarget import merge_by_trial
 from ltlc.automata.state_based import to_state_based, to_transition_based
 
@@ -19,6 +22,7 @@ __all__ = [
     "ComponentKind",
     "RabinAutomaton",
     "RabinPair",
+    "Refinement",
     "annotate",
     "canonical",
     "counterexample",
@@ -27,11 +31,14 @@ __all__ = [
     "guard_text",
     "included",
     "is_empty",
+    "limit_deterministic",
     "merge_bisimilar",
     "merge_by_trial",
     "merge_equivalent",
+    "parity_colours",
     "reduce",
     "simplify_marks",
+    "to_parity",
     "to_state_based",
     "to_transition_based",
 ]
