@@ -7,8 +7,9 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import UnknownNameError
+from ltlc.rewards.forms import parity_form
 from ltlc.rewards.need import parity
 from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
 
@@ -34,7 +35,7 @@ class Parity(RewardScheme):
     guarantee: ClassVar[str] = (
         "On a finite MDP optimal policies maximise the probability of satisfaction for every epsilon small enough."
     )
-    needs: ClassVar[str] = "parity form: one Rabin pair, or pairs that form a chain"
+    needs: ClassVar[str] = "parity form"
 
     epsilon: float = 0.01
     """ratio between the weights of neighbouring colours, in (0, 1)."""
@@ -45,6 +46,10 @@ class Parity(RewardScheme):
         check_probability(self, "epsilon")
         if self.mode not in get_args(Mode):
             raise UnknownNameError("mode of the parity scheme", self.mode, get_args(Mode))
+
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """See `ltlc.rewards.forms.parity_form`."""
+        return parity_form(dra)
 
     def steps(self, dra: RabinAutomaton) -> Steps:
         """Weights by colour."""
