@@ -5,6 +5,8 @@ Marks are on edges (state, letter class) here, as `RabinAutomaton.edge_fin` and 
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 
@@ -82,8 +84,16 @@ def parity_form(dra: RabinAutomaton) -> Refinement:
 
 
 def one_pair_form(dra: RabinAutomaton) -> Refinement:
-    """The automaton itself if it has one pair; else its Büchi form."""
-    return Refinement.trivial(dra) if dra.n_pairs == 1 else buchi_form(dra)
+    """The automaton itself if it has one pair; else its Büchi form, written with one pair."""
+    if dra.n_pairs == 1:
+        return Refinement.trivial(dra)
+    marks = buchi_marks(dra)
+    return limit_deterministic(dra) if marks is None else Refinement.trivial(with_buchi_marks(dra, marks))
+
+
+def with_buchi_marks(dra: RabinAutomaton, edges: BoolArray) -> RabinAutomaton:
+    """The automaton with Inf marks on these edges as its only marks."""
+    return dataclasses.replace(dra, fin=np.zeros_like(edges[None]), inf=edges[None], acceptance="transition")
 
 
 def _on_rejecting_cycle(dra: RabinAutomaton) -> BoolArray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
-from ltlc.rewards.forms import buchi_form
+from ltlc.rewards.forms import buchi_form, with_buchi_marks
 from ltlc.rewards.need import buchi
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_on_deadlock, check_probability, tables_of
 from ltlc.rewards.tables import BoolArray, RewardTables
@@ -60,8 +60,7 @@ class Frontier(RewardScheme):
     def refinement(self, dra: RabinAutomaton) -> Refinement:
         """The Büchi form, with its accepting edges as Inf marks."""
         form = buchi_form(dra)
-        inf = buchi(self, form.automaton)[None]
-        marked = dataclasses.replace(form.automaton, fin=np.zeros_like(inf), inf=inf, acceptance="transition")
+        marked = with_buchi_marks(form.automaton, buchi(self, form.automaton))
         return dataclasses.replace(form, automaton=marked)
 
     def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
