@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import MutableMapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
@@ -47,9 +47,9 @@ class DRA(RabinAutomaton):
     """
 
     @classmethod
-    def of(cls, automaton: RabinAutomaton) -> Self:
-        """The same automaton, with the methods of this class."""
-        return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)})
+    def of(cls, automaton: RabinAutomaton, **changes: Any) -> Self:
+        """The same automaton, but for the fields in `changes`, with the methods of this class."""
+        return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)} | changes)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf.
@@ -154,7 +154,7 @@ def compile(
         known = translate(shape, **options._asdict(), text=str(formula))
         if cache is not None:
             cache[shape, options] = known
-    return DRA.of(replace(known, aps=names, formula=str(formula)))
+    return DRA.of(known, aps=names, formula=str(formula))
 
 
 def shape_of(formula: Formula) -> tuple[Formula, tuple[str, ...]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from itertools import starmap
 from multiprocessing import get_context
 
@@ -74,7 +73,7 @@ def compile_many(
         if progress is not None:
             progress(done, len(jobs))
     return [
-        DRA.of(replace(known[shape, options], aps=names, formula=str(formula)))
+        DRA.of(known[shape, options], aps=names, formula=str(formula))
         for formula, (shape, names) in zip(parsed, shaped, strict=True)
     ]
 

@@ -115,6 +115,12 @@ def test_obligation_applies_to_obligations_only() -> None:
         build("G F a", translator="obligation")
 
 
+def test_the_normal_form_has_a_limit_of_its_own() -> None:
+    text = "G(a | " + " & ".join(f"(b{i} | F(c{i} & G d{i}))" for i in range(5)) + ")"
+    with pytest.raises(StateLimitExceeded, match=r"guess \d+ fixpoints, more than 8: use another translator"):
+        build(text, translator="normal-form")
+
+
 def test_too_many_propositions() -> None:
     with pytest.raises(AlphabetLimitExceeded, match=r"21 atomic propositions; .* at most 20"):
         build(" & ".join(f"F a{i}" for i in range(21)))

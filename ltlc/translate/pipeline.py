@@ -13,7 +13,7 @@ from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import MAX_PRODUCT_EDGES, reduce
 from ltlc.automata.sat_minimize import minimize
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
-from ltlc.ltl import Formula, nnf, propositions, simplify
+from ltlc.ltl import Formula, propositions, simplify
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure, Letters, letters_of
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
@@ -74,7 +74,7 @@ def translate(
 ) -> RabinAutomaton:
     """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
-    1. Simplify the formula; bring it to negation normal form; group the letters it cannot tell apart.
+    1. Simplify the formula, which brings it to negation normal form; group the letters it cannot tell apart.
     2. Build a deterministic automaton with Emerson-Lei acceptance (a construction) and reduce it.
     3. Form Rabin pairs, strong component by strong component; reduce again; split states for state-based acceptance.
     4. With "auto": try the next construction, unless the result is proven smallest, and keep the smallest.
@@ -107,7 +107,7 @@ def translate(
         raise InvalidArgumentError(f"effort is {effort!r}; it can be 'fast', 'default' or 'best'")
     text = str(formula) if text is None else text
     budget = Budget(text, max_states, timeout)
-    simple = nnf(simplify(formula))
+    simple = simplify(formula)
     problem = Problem(simple, letters_of(simple, propositions(formula)), effort)
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
     automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
@@ -145,15 +145,18 @@ def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
 
 def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
-    names = _worth_trying(problem.closure(budget), problem.effort)
+    closure = problem.closure(budget)
+    names = _worth_trying(closure, problem.effort)
+    pristine: Closure | None = closure
     for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
         best: Candidate | None = None
         for name in names:
-            cap = limit
+            cap, closure = limit, pristine or problem.closure(budget)
+            pristine = None
             if best is not None and problem.effort != "best":
                 cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
             try:
-                found = _build(CONSTRUCTIONS[name], problem, budget.within(cap))
+                found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
             except TimeLimitExceeded:
                 if best is None:
                     raise
@@ -181,16 +184,18 @@ def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
     return names[:1] if effort == "fast" else names
 
 
-def _build(construction: Construction, problem: Problem, budget: Budget) -> Candidate:
-    closure = problem.closure(budget)
+def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure | None = None) -> Candidate:
+    closure = closure or problem.closure(budget)
     emerson_lei = reduced(construction.build(closure, budget))
     automaton = rabin_automaton(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, smallest=True)
+    budget.check_time()
     smallest = _is_smallest(automaton)
     if smallest:
         automaton = canonical(simplify_marks(automaton))
     else:
+        budget.check_time()
         automaton = reduce(automaton, effort=0) if problem.effort == "fast" else reduce(automaton)
     return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
 
