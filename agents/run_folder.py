@@ -68,7 +68,7 @@ class RunConfig:
 
         Raises:
             UnknownNameError: there is no such scheme or parameter.
-            InvalidArgumentError: a parameter is out of range, or the automaton lacks the form the scheme needs.
+            InvalidArgumentError: a parameter is out of range, or does not fit the automaton.
         """
         return Task(automaton, get_scheme(self.reward, **self.parameters), on_deadlock=self.on_deadlock)
 

@@ -167,7 +167,6 @@ class TestTrain:
         ([*LAKE[:-1], "zeta-discont"], "unknown reward scheme 'zeta-discont'. Did you mean zeta-discount"),
         ([*LAKE, "--set", "zetta=0.9"], "Did you mean zeta"),
         ([*LAKE, "--set", "zeta"], "expected KEY=VALUE"),
-        (["FG A | GF B", "--env", "ltlc/Thesis5x5-v0", "--reward", "zeta-reach"], "needs Büchi form"),
         ([*LAKE, "--agent", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
         ([*LAKE, "--agent", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
         ([*LAKE, "--env-set", "colour=3"], "FrozenLake-v1 cannot be made"),
