@@ -9,7 +9,6 @@ import subprocess
 import sys
 import textwrap
 import threading
-
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +88,7 @@ def rows(folder: Path) -> list[dict[str, str]]:
 )
 def test_learned_policy_is_nearly_optimal_by_the_exact_judge(changes: dict[str, Any]) -> None:
     result = train(grid(), DQNConfig(**(QUICK | changes)))
-    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), result.agent)
+    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), result.agent.tables)
     assert judge.regret(greedy_policy(result.agent)).relative < 0.02
 
 
@@ -99,7 +98,7 @@ def test_every_observation_mode_is_learned(observation: str) -> None:
     every = np.arange(9)
     shown = np.eye(9, dtype=np.float32) if observation == "flat" else every
     policy = greedy_policy(result.agent, shown)
-    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), result.agent)
+    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), result.agent.tables)
     assert judge.regret(policy).relative < 0.02
 
 
@@ -395,7 +394,7 @@ def test_rollouts_agree_with_the_exact_judge() -> None:
     agent = train(grid(), DQNConfig(**QUICK)).agent
     seen = rollout(agent, grid(), 400, seed=3, confidence=0.999)
     assert len(seen.episodes) == 400
-    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), agent)
+    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), agent.tables)
     policy = judge.product.lift(greedy_policy(agent))
     for estimate, exact in (
         (seen.episode_return, expected_return(judge.product, policy, discount=1.0)),
@@ -434,5 +433,16 @@ def test_thesis_task_phi_3_is_solved_within_one_percent() -> None:
     env = thesis_vector_world("5x5", 64, max_episode_steps=500)
     wrapped = LTLVectorWrapper(env, task, initial_label="skip", extra_labels="ignore")
     result = train(wrapped, DQNConfig(total_steps=60_000, batch_size=512))
-    judge = ExactJudge(labelled_mdp(thesis_world("5x5")), result.agent, initial_label="skip")
+    judge = ExactJudge(labelled_mdp(thesis_world("5x5")), result.agent.tables, initial_label="skip")
     assert judge.regret(greedy_policy(result.agent)).relative < 0.01
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no accelerator")
+def test_training_on_an_accelerator(tmp_path: Path) -> None:
+    result = train(grid(), DQNConfig(**QUICK | {"device": "cuda"}), folder=tmp_path)
+    judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), result.agent.tables)
+    assert judge.regret(greedy_policy(result.agent)).relative < 0.02
+    again = train(grid(), folder=tmp_path, resume=True)
+    assert next(again.agent.q_network.parameters()).device.type == "cuda"
+    assert DoubleDQN.load(tmp_path / POLICY_FILE, device="cpu").config.device == "cpu"
