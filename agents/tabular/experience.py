@@ -57,7 +57,7 @@ class Experience:
     def __init__(self, env: VectorEnv[Any, Any, Any], seed: int) -> None:
         interface = Interface.of(env)
         if interface.wrapper is None:
-            raise InvalidArgumentError("a tabular learner needs a task; put ltlc.LTLVectorWrapper around the environment")
+            raise InvalidArgumentError("a tabular learner needs a task; put LTLVectorWrapper around the environment")
         self._encoder = ObservationEncoder(interface.space)
         if not self._encoder.n_observations:
             raise InvalidArgumentError(

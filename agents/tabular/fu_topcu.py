@@ -14,7 +14,7 @@ from ltlc.mdp import Product
 from .experience import Experience
 from .explore import Explorer
 from .learned import Callback, Learned, Stopwatch
-from .planning import accepting_components, as_table, reach_and_stay
+from .planning import NOTHING_TO_REACH, accepting_components, as_table, reach_and_stay
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +113,7 @@ def _plan(experience: Experience, explorer: Explorer, config: FuTopcuConfig, wat
         plan = reach_and_stay(product, components, explorer.known, config.discount)
         policy, probability = as_table(product, plan.policy), plan.probability
     elif explorer.finished:
-        progress += "; the learned product has no accepting end component: no policy can satisfy the formula in it"
+        progress += f"; {NOTHING_TO_REACH}"
     return Learned(
         policy=policy,
         message=progress,

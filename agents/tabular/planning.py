@@ -20,6 +20,8 @@ TIE = 1e-9
 TOLERANCE = 1e-5
 """of values in value iteration."""
 
+NOTHING_TO_REACH = "the learned product has no accepting end component, so no policy satisfies the formula in it"
+
 
 @dataclass(frozen=True, eq=False)
 class Components:

@@ -37,9 +37,12 @@ class QLearningConfig:
     """two tables: each step teaches one of them, by the other's value of the action that it thinks best itself."""
     counterfactual: bool = True
     """each step teaches every automaton state at once; else only the one it was made in."""
-    horizon: float = 30.0
+    horizon: float = 100.0
     """H of the learning rate (H + 1) / (H + n) of the n-th visit (Jin et al.), > 0: larger forgets early estimates
     faster and averages over fewer late ones."""
+    averaging: float = 0.01
+    """the policy is greedy in an exponential average of the table that takes in this part of it at each step of the
+    vector environment, in (0, 1]; 1: in the table itself."""
     epsilon_start: float = 1.0
     """probability of a random action at the start, in [0, 1]."""
     epsilon_final: float = 0.3
@@ -52,6 +55,8 @@ class QLearningConfig:
     def __post_init__(self) -> None:
         if not self.horizon > 0 or min(self.total_steps, self.report_every) < 1:
             raise InvalidArgumentError("horizon must be positive, total_steps and report_every at least 1")
+        if not 0 < self.averaging <= 1:
+            raise InvalidArgumentError(f"averaging is {self.averaging}; it must lie in (0, 1]")
         if not (0 <= self.epsilon_start <= 1 and 0 <= self.epsilon_final <= 1):
             raise InvalidArgumentError("epsilon_start and epsilon_final are probabilities")
 
@@ -92,12 +97,15 @@ class _QLearner:
     def __init__(self, experience: Experience, config: QLearningConfig, generator: np.random.Generator) -> None:
         self.experience, self.config, self.generator = experience, config, generator
         tables = experience.tables
-        self.reward, self.discount, self.next_state = tables.expected_reward, tables.expected_discount, tables.next_state
+        self.reward, self.discount = tables.expected_reward, tables.expected_discount
+        self.next_state = tables.next_state
+        self.first = experience.state, experience.table_state
         self.learned_states = reachable_states(tables)
         n_tables = 2 if config.double else 1
         shape = (experience.n_states, experience.n_actions, tables.n_states)
         self.q: list[FloatArray] = [np.zeros(shape) for _ in range(n_tables)]
         self.updates: list[IntArray] = [np.zeros(shape, dtype=np.int64) for _ in range(n_tables)]
+        self.average: FloatArray = np.zeros(shape)
         self.visited = np.zeros((experience.n_states, tables.n_states), dtype=np.bool_)
 
     def explore(self, epsilon: float) -> IntArray:
@@ -110,25 +118,25 @@ class _QLearner:
 
     def update(self, batch: Batch) -> None:
         """Teach one step of each sub-environment."""
-        if not self.config.double:
+        if self.config.double:
+            first = self.generator.random(len(batch.state)) < 0.5
+            self._teach(_part(batch, first), 0, 1)
+            self._teach(_part(batch, ~first), 1, 0)
+        else:
             self._teach(batch, 0, 0)
-            return
-        first = self.generator.random(len(batch.state)) < 0.5
-        self._teach(_part(batch, first), 0, 1)
-        self._teach(_part(batch, ~first), 1, 0)
+        self.average += self.config.averaging * (sum(self.q) / len(self.q) - self.average)
 
     def learned(self, watch: Stopwatch, message: str) -> Learned:
         """The greedy policy."""
-        value = sum(self.q) / len(self.q)
-        start = (self.experience.state, self.experience.tables.initial_state)
+        state, q = self.first
         return Learned(
-            policy=np.asarray(np.argmax(value, axis=1)),
+            policy=np.asarray(self.average.argmax(axis=1)),
             message=message,
             steps=self.experience.steps,
             seconds=watch.seconds,
             product_states=int(self.visited.sum()),
             accepting_components=None,
-            value=float(np.max(value[start[0], :, start[1]], axis=1).mean()),
+            value=float(self.average[state, :, q].max(axis=1).mean()),
         )
 
     def _teach(self, batch: Batch, own: int, other: int) -> None:

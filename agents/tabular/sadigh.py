@@ -40,8 +40,10 @@ class SadighConfig:
     """discount of every step, in (0, 1)."""
     learning_rate: float = 1.0
     """how far a temporal difference moves a value, in (0, 1]; a model's differences have no noise to average out."""
-    epsilon: float = 0.5
-    """probability of a random action, in [0, 1]."""
+    epsilon_start: float = 1.0
+    """probability of a random action at the start, in [0, 1]."""
+    epsilon_final: float = 0.3
+    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
     sweeps: int = 200
     """sweeps of temporal differences over the learned product after each batch of steps, >= 1."""
     total_steps: int = 400_000
@@ -52,8 +54,10 @@ class SadighConfig:
     def __post_init__(self) -> None:
         if not (self.weight_inf > 0 and self.weight_fin > 0):
             raise InvalidArgumentError("weight_inf and weight_fin must be positive")
-        if not (0 < self.gamma < 1 and 0 < self.learning_rate <= 1 and 0 <= self.epsilon <= 1):
-            raise InvalidArgumentError("gamma must lie in (0, 1), learning_rate in (0, 1], epsilon in [0, 1]")
+        if not (0 < self.gamma < 1 and 0 < self.learning_rate <= 1):
+            raise InvalidArgumentError("gamma must lie in (0, 1), learning_rate in (0, 1]")
+        if not (0 <= self.epsilon_start <= 1 and 0 <= self.epsilon_final <= 1):
+            raise InvalidArgumentError("epsilon_start and epsilon_final are probabilities")
         if min(self.sweeps, self.total_steps, self.batch_steps) < 1:
             raise InvalidArgumentError("sweeps, total_steps and batch_steps must be at least 1")
 
@@ -87,11 +91,13 @@ def train_sadigh(
     best = pairs[0]
     automaton_state = experience.tables.automaton_state
     while True:
+        part = min(2 * experience.steps / config.total_steps, 1.0)
+        epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * part
         until = min(experience.steps + config.batch_steps, config.total_steps)
         while experience.steps < until:
             greedy = best.policy[experience.state, automaton_state[experience.table_state]]
             random = generator.integers(experience.n_actions, size=len(greedy))
-            explore = generator.random(len(greedy)) < config.epsilon
+            explore = generator.random(len(greedy)) < epsilon
             model.add(experience.step(np.where(explore, random, greedy)))
         learned_mdp = model.labelled_mdp()
         sizes = [pair.learn(RewardProduct(learned_mdp, pair.tables)) for pair in pairs]

@@ -17,7 +17,7 @@ from ltlc.mdp import Product
 from .experience import Experience, IntArray
 from .explore import Explorer
 from .learned import Callback, Learned, Stopwatch
-from .planning import Components, accepting_components, as_table, cut
+from .planning import NOTHING_TO_REACH, Components, accepting_components, as_table, cut
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def train_wang(
         return Learned(policy, message, experience.steps, watch.seconds, product.n_states, found, value)
 
     if not components.n_components:
-        return learned(None, 0.0, "the learned product has no accepting end component: no policy can satisfy the formula")
+        return learned(None, 0.0, NOTHING_TO_REACH)
     actor_critic = _ActorCritic(product, components, config)
     for iteration in range(1, config.iterations + 1):
         value = actor_critic.improve()
