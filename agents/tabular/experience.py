@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 import torch
 from gymnasium.vector import VectorEnv
 
+from ltlc.automata import RabinAutomaton
+from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
+from ltlc.rewards import OnDeadlock, RewardScheme
+from ltlc.rewards.scheme import Steps
+from ltlc.task import Task
 
 from ..collect import Collector, Interface
 from ..encoder import ObservationEncoder
@@ -42,6 +47,9 @@ class Experience:
         env: an `LTLVectorWrapper` (or wrappers around one) over an environment with discrete observations and actions,
             reading the label of the first observation (`initial_label="read"`).
         seed: of the environment.
+        unrewarded: whether the rewards of the task, which may also end episodes, are left out. Learners of a model
+            want to see what comes after. Episodes then end only where the environment ends them; one that has parts
+            which cannot be left should have a limit on the length of episodes.
 
     Attributes:
         automaton: of the task.
@@ -54,10 +62,15 @@ class Experience:
         InvalidArgumentError: there is no `LTLVectorWrapper`, or the observations are not numbered.
     """
 
-    def __init__(self, env: VectorEnv[Any, Any, Any], seed: int) -> None:
+    def __init__(self, env: VectorEnv[Any, Any, Any], seed: int, *, unrewarded: bool = False) -> None:
         interface = Interface.of(env)
-        if interface.wrapper is None:
+        wrapper = interface.wrapper
+        if wrapper is None:
             raise InvalidArgumentError("a tabular learner needs a task; put LTLVectorWrapper around the environment")
+        if unrewarded:
+            task = Task(wrapper.task.automaton, _Unrewarded())
+            wrapper = LTLVectorWrapper(wrapper.env, task, wrapper.labels, extra_labels="ignore")
+            interface = Interface.of(wrapper)
         self._encoder = ObservationEncoder(interface.space)
         if not self._encoder.n_observations:
             raise InvalidArgumentError(
@@ -65,7 +78,7 @@ class Experience:
             )
         self._collector = Collector(interface, self._encoder)
         self._collector.reset(seed)
-        self.automaton, self.tables = interface.wrapper.task.automaton, interface.wrapper.task.tables
+        self.automaton, self.tables = wrapper.task.automaton, wrapper.task.tables
         self.n_states, self.n_actions = self._encoder.n_observations, interface.n_actions
         self.n_envs = env.num_envs
         self.steps = 0
@@ -96,3 +109,15 @@ class Experience:
 
     def _number(self, packed: npt.NDArray[Any]) -> IntArray:
         return np.asarray(self._encoder.index(torch.from_numpy(packed)).numpy())
+
+
+@dataclass(frozen=True)
+class _Unrewarded(RewardScheme):
+    """Pays nothing and ends nothing."""
+
+    name: ClassVar[str] = "unrewarded"
+    on_deadlock: ClassVar[OnDeadlock] = "stay"
+
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """No rewards."""
+        return Steps(accepted=np.zeros(dra.delta.shape, dtype=np.bool_))

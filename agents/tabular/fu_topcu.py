@@ -88,7 +88,7 @@ def train_fu_topcu(
     """
     config = config or FuTopcuConfig()
     watch = Stopwatch()
-    experience = Experience(env, seed)
+    experience = Experience(env, seed, unrewarded=True)
     accuracy = config.accuracy_for(experience.n_states)
     explorer = Explorer(experience, accuracy, config.delta, config.epsilon, np.random.default_rng([seed, 1]))
     reported = 0

@@ -40,9 +40,9 @@ class QLearningConfig:
     horizon: float = 100.0
     """H of the learning rate (H + 1) / (H + n) of the n-th visit (Jin et al.), > 0: larger forgets early estimates
     faster and averages over fewer late ones."""
-    averaging: float = 0.01
-    """the policy is greedy in an exponential average of the table that takes in this part of it at each step of the
-    vector environment, in (0, 1]; 1: in the table itself."""
+    averaging_steps: float = 25_000
+    """the policy is greedy in an exponential average of the table over about so many environment steps, > 0; 1: in the
+    table itself."""
     epsilon_start: float = 1.0
     """probability of a random action at the start, in [0, 1]."""
     epsilon_final: float = 0.3
@@ -55,8 +55,8 @@ class QLearningConfig:
     def __post_init__(self) -> None:
         if not self.horizon > 0 or min(self.total_steps, self.report_every) < 1:
             raise InvalidArgumentError("horizon must be positive, total_steps and report_every at least 1")
-        if not 0 < self.averaging <= 1:
-            raise InvalidArgumentError(f"averaging is {self.averaging}; it must lie in (0, 1]")
+        if not self.averaging_steps > 0:
+            raise InvalidArgumentError(f"averaging_steps is {self.averaging_steps}; it must be positive")
         if not (0 <= self.epsilon_start <= 1 and 0 <= self.epsilon_final <= 1):
             raise InvalidArgumentError("epsilon_start and epsilon_final are probabilities")
 
@@ -69,6 +69,9 @@ def train_q_learning(
     callback: Callback | None = None,
 ) -> Learned:
     """Learn the values of the reward tables of an `LTLVectorWrapper`; the policy is over their states.
+
+    Where nothing discounts the steps between acceptances, as in `zeta-discount` and `zeta-reach`, noise that the
+    maximum picks up goes round for long: there, take `double=True`, or a smaller `horizon` and more steps.
 
     Raises:
         InvalidArgumentError: see `Experience`.
@@ -124,7 +127,8 @@ class _QLearner:
             self._teach(_part(batch, ~first), 1, 0)
         else:
             self._teach(batch, 0, 0)
-        self.average += self.config.averaging * (sum(self.q) / len(self.q) - self.average)
+        weight = min(len(batch.state) / self.config.averaging_steps, 1.0)
+        self.average += weight * (sum(self.q) / len(self.q) - self.average)
 
     def learned(self, watch: Stopwatch, message: str) -> Learned:
         """The greedy policy."""

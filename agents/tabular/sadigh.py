@@ -83,7 +83,7 @@ def train_sadigh(
     """
     config = config or SadighConfig()
     watch = Stopwatch()
-    experience, generator = Experience(env, seed), np.random.default_rng([seed, 1])
+    experience, generator = Experience(env, seed, unrewarded=True), np.random.default_rng([seed, 1])
     model = EmpiricalModel(experience)
     pairs = [_Pair(experience, config, i) for i in range(experience.automaton.n_pairs)]
     if not pairs:

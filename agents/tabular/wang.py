@@ -94,7 +94,7 @@ def train_wang(
     """
     config = config or WangConfig()
     watch = Stopwatch()
-    experience = Experience(env, seed)
+    experience = Experience(env, seed, unrewarded=True)
     explorer = Explorer(experience, config.accuracy, config.delta, 0.0, np.random.default_rng([seed, 1]))
     while not explorer.finished and experience.steps < config.total_steps:
         for _ in range(config.refresh_every):
