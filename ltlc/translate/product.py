@@ -39,7 +39,7 @@ _FALSE: Skeleton = ()
 
 def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, budget: Budget) -> EmersonLei:
     """The deterministic automaton of a Boolean combination of components; `letters` is the set of all letters."""
-    product = _Product(components, letters)
+    product = _Product(components, letters, budget)
     start = product.settle(skeleton, [c.initial for c in components])
     states, edges = explore(start, product.restless, budget)
     if product.stable:
@@ -50,8 +50,9 @@ def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, b
 
 
 class _Product:
-    def __init__(self, components: Sequence[Component], letters: int) -> None:
+    def __init__(self, components: Sequence[Component], letters: int, budget: Budget) -> None:
         self.components = components
+        self.budget = budget
         self.letters = letters
         self._condition: dict[tuple[Skeleton, tuple[tuple[int, Acceptance], ...]], Acceptance] = {}
         self.stable = sum(1 << i for i, c in enumerate(components) if c.stable)
@@ -70,7 +71,9 @@ class _Product:
         """Moves in which the stable components rest."""
         return self._moves(state, resting=self.stable)
 
-    def all_moves(self, state: ProductState, settled: dict[ProductState, int]) -> Iterable[tuple[int, ProductState, int]]:
+    def all_moves(
+        self, state: ProductState, settled: dict[ProductState, int]
+    ) -> Iterable[tuple[int, ProductState, int]]:
         """Moves in which the stable components rest only while the others pass from component to component."""
         here = settled[self._rested(state)]
         for letters, (skeleton, states), marks in self._moves(state, resting=0):
@@ -83,9 +86,7 @@ class _Product:
     def _rested(self, state: ProductState) -> ProductState:
         skeleton, states = state
         relevant = reduce(int.__or__, skeleton, 0) & self.stable
-        return skeleton, tuple(
-            self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states)
-        )
+        return skeleton, tuple(self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states))
 
     def _moves(self, state: ProductState, resting: int) -> list[tuple[int, ProductState, int]]:
         skeleton, states = state
@@ -100,14 +101,14 @@ class _Product:
                 for letters_i, target, more in ways
                 if (common := letters & letters_i)
             ]
+            self.budget.check_size(len(partial))
         return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
 
     def condition(self, state: ProductState) -> Acceptance:
         """The acceptance condition while the skeleton and the components' strong components stay as they are."""
         skeleton, states = state
         conditions = {
-            i: self._shifted(i, self.components[i].condition(states[i]))
-            for i in bits(reduce(int.__or__, skeleton, 0))
+            i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(reduce(int.__or__, skeleton, 0))
         }
         key = (skeleton, tuple(conditions.items()))
         known = self._condition.get(key)
