@@ -42,7 +42,7 @@ _HOURS = {
 }  # fmt: skip
 _PRODUCT_STATES = {("5x5", "phi_3"): 100, ("10x10", "phi_3"): 400, ("5x5", "phi_4"): 375, ("10x10", "phi_4"): 1500}
 _TABULAR_ENVS, _DQN_ENVS = 256, 16
-_QUICK_SECONDS, _FULL_SECONDS = 10.0, 60.0
+_QUICK_SECONDS, _FULL_SECONDS = 20.0, 60.0
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def runtime_comparison(
     them apart.
 
     Args:
-        quick: one seed and at most 10 seconds for each run, instead of three seeds and 60 seconds.
+        quick: one seed and at most 20 seconds for each run, instead of three seeds and 60 seconds.
         systems: some of `SYSTEMS`.
         cases: pairs of a world (`thesis_map`) and a recorded automaton, some of `CASES`.
         seeds: instead of the above.
