@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from ltlc.mdp import ExplicitMDP, Product, max_reachability, maximal_end_components, value_iteration
+from ltlc.mdp import ExplicitMDP, Product, Solution, max_reachability, maximal_end_components, value_iteration
 
 from .experience import BoolArray, IntArray
 
@@ -17,8 +17,8 @@ FloatArray = npt.NDArray[np.float64]
 
 TIE = 1e-9
 """choices whose probabilities of success differ by less are equally good."""
-TOLERANCE = 1e-5
-"""of values in value iteration."""
+TOLERANCE = 1e-9
+"""of values in value iteration; what is so many steps away that discount**steps is less is not seen."""
 
 NOTHING_TO_REACH = "the learned product has no accepting end component, so no policy satisfies the formula in it"
 
@@ -32,13 +32,16 @@ class Components:
     """shape (n_states,), the product states in one."""
     policy: IntArray
     """shape (n_states,), an action per product state; -1 outside."""
+    value: FloatArray
+    """shape (n_states,), in [0, 1]; what it is worth to enter a state: expected discount**steps to the next Inf mark,
+    which is 1 where entering it is one; 0 outside."""
 
 
 def accepting_components(product: Product, known: BoolArray, discount: float) -> Components:
     """Accepting maximal end components among the known environment states, for each Rabin pair.
 
-    Inside, the policy is the one that collects most discounted visits of Inf marks. It visits them infinitely often:
-    its value is positive everywhere in the component, so from everywhere it may come to a mark.
+    Inside, the policy takes the quickest way to the next Inf mark. It visits them infinitely often: its value is
+    positive everywhere in the component, so from everywhere it may come to a mark.
 
     Args:
         product: learned MDP and automaton.
@@ -49,9 +52,9 @@ def accepting_components(product: Product, known: BoolArray, discount: float) ->
         C. Baier, J.-P. Katoen, Principles of Model Checking, MIT Press 2008, section 10.6.4.
     """
     trusted = known[product.mdp_state][product.choice_state]
-    policy = np.full(product.n_states, -1)
+    policy, value = np.full(product.n_states, -1), np.zeros(product.n_states)
     total = 0
-    for fin, inf in zip(product.choice_fin, product.choice_inf, strict=True):
+    for pair, (fin, inf) in enumerate(zip(product.choice_fin, product.choice_inf, strict=True)):
         inside = maximal_end_components(product, trusted & ~fin)
         keep = np.zeros(inside.n_components, dtype=np.bool_)
         keep[inside.component[product.choice_state[inside.choices & inf]]] = True
@@ -59,10 +62,31 @@ def accepting_components(product: Product, known: BoolArray, discount: float) ->
         total += inside.n_components
         new = inside.states & (policy < 0)
         if new.any():
-            reward = np.where(inside.choices, inf.astype(np.float64), -1.0)
-            visits = value_iteration(cut(product, inside.choices), reward, discount=discount, tolerance=TOLERANCE)
-            policy[new] = visits.policy[new]
-    return Components(total, policy >= 0, policy)
+            quickest = _to_next_mark(product, pair, inside.choices, discount)
+            policy[new] = quickest.policy[new]
+            entered = _marked_states(product, pair)
+            value[new] = np.where(entered, 1.0, discount * quickest.value)[new]
+    return Components(total, policy >= 0, policy, value)
+
+
+def _to_next_mark(product: Product, pair: int, inside: BoolArray, discount: float) -> Solution:
+    """Largest expected discount**steps to an Inf mark of a pair, by the choices `inside`; 0 steps for the next one."""
+    process = cut(product, inside)
+    if product.automaton.acceptance == "state":
+        marked = _marked_states(product, pair)
+        paid = np.asarray(process.matrix @ marked.astype(np.float64))
+        process.matrix = sparse.csr_array(process.matrix @ sparse.diags_array((~marked).astype(np.float64)))
+    else:  # a choice counts as a mark if one of its branches has one
+        paid = product.choice_inf[pair].astype(np.float64)
+        process = cut(product, inside & ~product.choice_inf[pair])
+    return value_iteration(process, np.where(inside, paid, -1.0), discount=discount, tolerance=TOLERANCE)
+
+
+def _marked_states(product: Product, pair: int) -> BoolArray:
+    """The product states that carry an Inf mark of the pair themselves, shape (n_states,)."""
+    if product.automaton.acceptance != "state":
+        return np.zeros(product.n_states, dtype=np.bool_)
+    return np.asarray(product.automaton.inf[pair][product.automaton_state])
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +102,12 @@ class Plan:
 def reach_and_stay(product: Product, components: Components, known: BoolArray, discount: float) -> Plan:
     """Reach accepting components with the largest probability, and among all ways that do so, soon.
 
-    Unknown environment states count as lost. Soon means the largest expected discount**steps, by value iteration.
+    Unknown environment states count as lost. Soon means the largest expected discount**steps to the first Inf mark
+    inside, by value iteration.
     """
     trusted = cut(product, known[product.mdp_state][product.choice_state])
     reach = max_reachability(trusted, components.states)
-    entering = np.asarray(trusted.matrix @ components.states.astype(np.float64))
+    entering = np.asarray(trusted.matrix @ components.value)
     best = np.asarray(trusted.matrix @ reach.value) >= reach.value[product.choice_state] - TIE
     allowed = best & ~components.states[product.choice_state]
     reward = np.where(components.states[product.choice_state], 0.0, entering - ~best)

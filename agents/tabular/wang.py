@@ -42,8 +42,8 @@ class WangConfig:
     delta: float = 0.05
     """probability with which each estimate may be wrong, in (0, 1)."""
     discount: float = 0.99
-    """of a step, in (0, 1): how much a component reached late counts less; the paper has none, and is then indifferent
-    between all policies where every one reaches a component at last."""
+    """of a step until the first Inf mark in a component, in (0, 1); the paper has none, and is then indifferent between
+    all policies where every one reaches a component at last."""
     step_size: float = 3.0
     """of the actor, in units of the largest advantage, > 0."""
     iterations: int = 200
@@ -125,7 +125,7 @@ class _ActorCritic:
     def __init__(self, product: Product, components: Components, config: WangConfig) -> None:
         self.product, self.components, self.config = product, components, config
         self.process = cut(product, ~components.states[product.choice_state])
-        self.reward = np.asarray(self.process.matrix @ components.states.astype(np.float64))
+        self.reward = np.asarray(self.process.matrix @ components.value)
         self.parameter: FloatArray = np.zeros(product.n_choices)
 
     def improve(self) -> float:
@@ -140,7 +140,7 @@ class _ActorCritic:
         largest = np.abs(advantage[~self.components.states[product.choice_state]]).max(initial=0.0)
         if largest > 0:
             self.parameter += self.config.step_size * advantage / largest
-        return float(product.initial @ np.where(self.components.states, 1.0, value))
+        return float(product.initial @ np.where(self.components.states, self.components.value, value))
 
     def policy(self) -> FloatArray:
         """Probabilities of actions in product states, shape (n_states, n_actions)."""
