@@ -6,7 +6,6 @@ import time
 
 from ltlc.errors import StateLimitExceeded, TimeLimitExceeded
 
-
 _MOVES_PER_STATE = 20_000
 """a state with more moves counts as too many states."""
 
