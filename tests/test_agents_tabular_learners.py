@@ -107,11 +107,13 @@ def test_largest_probability_where_no_policy_is_safe(train: Any, config: Any, se
 @pytest.mark.parametrize("train, config", [
     (train_fu_topcu, FuTopcuConfig(accuracy=0.1)), (train_wang, WangConfig(accuracy=0.1)),
 ], ids=["fu-topcu", "wang"])  # fmt: skip
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
 @pytest.mark.parametrize("formula", ["G F a & G F b & G !d", "F G a | G F b", "(G F a & F G !b) | (G F b & F G !a)"])
-def test_goes_on_for_ever(train: Any, config: Any, formula: str) -> None:
-    task = Task(formula, reward="thesis", on_deadlock="terminate")
+def test_goes_on_for_ever(train: Any, config: Any, formula: str, acceptance: Any) -> None:
+    task = Task(formula, reward="thesis", on_deadlock="terminate", acceptance=acceptance)
     learned = train(LTLVectorWrapper(VectorGridWorld(PATROL, 32), task), config)
     reached, largest = satisfaction(learned, labelled_mdp(GridWorld(PATROL)), task)
+    assert largest == 1
     assert reached >= largest - 0.01
 
 
