@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ltlc.cli import flags, setting
-from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.cli.messages import complain
+from ltlc.cli.verdicts import foregone, maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -63,14 +64,15 @@ def solve(
             f"the dynamics of {env} are not known: it is no grid world and has no transition table P; train an agent "
             "with ltlc train, and judge it by episodes with ltlc evaluate"
         )
+    known = foregone(task.automaton)
+    if known:
+        complain(f"warning: {known}")
     judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
     if output is not None:
         _draw(Path(output), place, task, judge, reward)
     if json_:
         print(json.dumps(_values(judge), ensure_ascii=False, indent=2))
         return
-    from ltlc.cli.messages import complain
-
     print(f"{task.formula or 'an automaton without a formula'} in {env}: {judge.rewards.n_states} product states")
     print(maximum_text(judge))
     if judge.optimum is None:

@@ -12,7 +12,7 @@ import typer
 from ltlc.cli import flags, setting
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
-from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.cli.verdicts import foregone, maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -41,7 +41,9 @@ def train(
         typer.Option("--num-envs", metavar="N", help="Environments stepped together.", show_default="64, thesis 1"),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of everything that is random.")] = 0,
-    device: Annotated[str, typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...")] = "cpu",
+    device: Annotated[
+        str | None, typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...", show_default="cpu")
+    ] = None,
     config: Annotated[
         Literal["default", "thesis"], typer.Option("--config", "-c", help="Hyperparameters to start from.")
     ] = "default",
@@ -84,7 +86,13 @@ def train(
             "log_every": max(steps // 100, 1),
             "checkpoint_every": max(steps // 20, num_envs * place.episode_steps, 1),
         }
-        values = {"total_steps": steps, "seed": seed, "device": device, **pace, **setting.assignments(agent, "--agent")}
+        values = {
+            "total_steps": steps,
+            "seed": seed,
+            "device": device or "cpu",
+            **pace,
+            **setting.assignments(agent, "--agent"),
+        }
         preset = agents.DQNConfig.thesis() if config == "thesis" else agents.DQNConfig()
         wanted = folders.RunConfig(
             setting=place,
@@ -99,6 +107,8 @@ def train(
         if run is None:
             folders.RunFolder(folder, wanted, automaton).check()
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
+    if resume and device is not None:
+        run.move_to(device)
     raise typer.Exit(_train(run, resume, quiet or json_, json_))
 
 
@@ -120,6 +130,9 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
     conclude = import_module("ltlc.agents.conclude")
     reports = import_module("ltlc.agents.report")
     total = run.config.agent.total_steps
+    known = foregone(run.automaton)
+    if known:
+        complain(f"warning: {known}")
     if not quiet:
         print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
         judge = reports.make_judge(run.config.setting, run.task)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ltlc.automata import RabinAutomaton
     from ltlc.mdp.verdict import Judge
 
 
@@ -39,6 +40,15 @@ def print_figures(lines: Sequence[tuple[str, Any, Any]], headings: Sequence[str]
     for line in lines:
         table.add_row(line[0], *(number(line[column]) for column in columns))
     Console(highlight=False).print(table)
+
+
+def foregone(automaton: RabinAutomaton) -> str | None:
+    """What can be said of a formula before anything is learned, if it asks for nothing or for too much."""
+    if automaton.initial_state in automaton.deadlocks:
+        return "the formula is unsatisfiable: whatever is learned, it is violated"
+    if automaton.initial_state in automaton.accepting_sinks:
+        return "the formula is valid: it holds whatever is done, and there is nothing to learn"
+    return None
 
 
 def maximum_text(judge: Judge) -> str:

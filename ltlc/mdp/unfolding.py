@@ -34,11 +34,27 @@ class Reader:
     """csr_array (n_mdp_states, n_inputs): the input that is drawn on entering a state."""
     ends: BoolArray
     """(n_mdp_states,), entering the state ends the episode."""
+    commit: IntArray | None = None
+    """shape (n_machine_states, n_choices): where a policy may move the machine, along with an action; -1 = it may not;
+    None = there are no choices."""
 
     @property
     def size(self) -> int:
         """Number of machine states."""
         return int(self.next_state.shape[0])
+
+    def options(self, machine: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        """What a policy can do about machine states before a step: stay in one, or go where a choice leads.
+
+        Returns:
+            the index in `machine`, 0 for staying or 1 + the number of the choice, and the machine state then; sorted
+            by the first two.
+        """
+        if self.commit is None:
+            return np.arange(len(machine)), np.zeros(len(machine), dtype=np.int64), machine
+        then = np.column_stack((machine, self.commit[machine]))
+        owner, option = np.nonzero(then >= 0)
+        return owner, option, then[owner, option]
 
 
 class Unfolding:
@@ -64,11 +80,14 @@ class Unfolding:
         np.add.at(self.initial, np.searchsorted(keys, start_keys), start_weight)
 
         base = mdp.explicit
-        per_state = np.diff(base.choice_start)[self.mdp_state]
-        rows = ranges(base.choice_start[self.mdp_state], per_state)
+        owner, option, machine = reader.options(self.machine_state)
+        acting = self.mdp_state[owner]
+        length = np.diff(base.choice_start)[acting]
+        rows = ranges(base.choice_start[acting], length)
+        per_state = np.bincount(owner, length, minlength=len(keys)).astype(np.int64)
         self.choice_start = np.concatenate(([0], np.cumsum(per_state)))
-        self.choice_action = base.choice_action[rows]
-        self.moves = _moves(base.matrix, rows, np.repeat(self.machine_state, per_state), arrived, reader.size)
+        self.choice_action = base.choice_action[rows] + mdp.n_actions * np.repeat(option, length)
+        self.moves = _moves(base.matrix, rows, np.repeat(machine, length), arrived, reader.size)
 
         entered, machine = np.divmod(arrivals, reader.size)
         inputs = reader.input_probability
@@ -170,6 +189,8 @@ def _reach(mdp: LabelledMDP, reader: Reader, start: IntArray) -> tuple[BoolArray
     seen[frontier] = True
     while frontier.size:
         state, machine = np.divmod(frontier, size)
+        owner, _, machine = reader.options(machine)
+        state = state[owner]
         length = first[state + 1] - first[state]
         entered = base.matrix.indices[ranges(first[state], length)].astype(np.int64)
         arrival = _fresh(entered * size + np.repeat(machine, length), arrived)
