@@ -220,3 +220,13 @@ def test_no_pair_to_reward() -> None:
     if task.automaton.n_pairs == 0:
         with pytest.raises(InvalidArgumentError, match="no Rabin pair"):
             train_sadigh(LTLVectorWrapper(VectorGridWorld(PATROL, 2), task))
+
+
+def test_q_learning_leaves_the_choice_of_pairs_to_others() -> None:
+    task = Task("(G F a & F G !b) | (G F b & F G !a)", reward="zeta-discount")
+    assert task.tables.n_choices
+    env = LTLVectorWrapper(VectorGridWorld(PATROL, 16), task)
+    with pytest.raises(InvalidArgumentError, match="parity"):
+        train_q_learning(env)
+    learned = train_fu_topcu(env, FuTopcuConfig(accuracy=0.15))
+    assert satisfaction(learned, labelled_mdp(GridWorld(PATROL)), task)[0] == 1
