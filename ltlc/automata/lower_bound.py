@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ltlc.automata.compare import equivalent_states
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.automata.residuals import Part, residuals
@@ -27,8 +28,12 @@ def lower_bound(automaton: RabinAutomaton) -> int:
 
 def is_smallest(automaton: RabinAutomaton) -> bool:
     """Whether the lower bound proves that no smaller automaton exists; large automata are not looked into."""
+    if automaton.n_states == 1:
+        return True
     if automaton.n_states**2 * automaton.n_classes > _MAX_PRODUCT_EDGES:
         return False
+    if int(equivalent_states(automaton).max()) + 1 == automaton.n_states:  # the usual case, and quickly seen
+        return True
     return lower_bound(automaton) == automaton.n_states
 
 

@@ -46,11 +46,13 @@ class Implications:
 
     def negation(self, formula: Formula) -> Formula:
         """The negation, in negation normal form."""
-        return negation(formula, self._negations)
+        known = self._negations.get(formula)
+        return negation(formula, self._negations) if known is None else known
 
     def purity(self, formula: Formula) -> Purity:
         """Whether it is a pure eventuality or universality."""
-        return purity(formula, self._purities)
+        known = self._purities.get(formula)  # asked again and again
+        return purity(formula, self._purities) if known is None else known
 
     def size(self, formula: Formula) -> int:
         """Its number of nodes, written out as a tree."""
