@@ -13,7 +13,7 @@ from ltlc.mdp.end_components import maximal_end_components
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
 from ltlc.mdp.policy_iteration import improve
 from ltlc.mdp.quotient import collapse
-from ltlc.mdp.reachability import almost_sure_region, attractor, distance_to
+from ltlc.mdp.reachability import almost_sure_region, approach
 
 Method = Literal["auto", "policy", "interval"]
 LINEAR_SOLVE_LIMIT = 100_000
@@ -68,10 +68,8 @@ def max_reachability(
         raise InvalidArgumentError(f'method is {method!r}, expected "auto", "policy" or "interval"')
     if not precision > 0:
         raise InvalidArgumentError(f"precision is {precision}, expected a positive number")
-    possible = distance_to(mdp, target) >= 0
-    sure, safe = almost_sure_region(mdp, target)
-    approach = attractor(mdp, target, safe)
-    choice = np.where(sure & ~target, approach, mdp.choice_start[:-1])
+    sure, safe, distance, possible = almost_sure_region(mdp, target)
+    choice = np.where(sure & ~target, approach(mdp, distance, safe), mdp.choice_start[:-1])
     lower = sure.astype(np.float64)
     value, upper = lower.copy(), lower.copy()
     open_states = possible & ~sure
@@ -79,7 +77,7 @@ def max_reachability(
         within = open_states[mdp.choice_state] & ~mdp.enters(~open_states)
         components = maximal_end_components(mdp, within)
         quotient = collapse(mdp, components, open_states)
-        gain = np.asarray(mdp.matrix @ sure.astype(np.float64))[quotient.original]
+        gain = mdp.expect(sure.astype(np.float64))[quotient.original]
         bounds = _solve(quotient.mdp, gain, method, precision, max_iterations)
         block = quotient.block[open_states]
         lower[open_states], upper[open_states], value[open_states] = (b[block] for b in bounds[:3])

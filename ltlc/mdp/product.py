@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy import sparse
 
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.unfolding import InitialLabel, Reader, Unfolding, input_probability
 
@@ -134,7 +135,6 @@ class Product(_LabelledProduct):
 
     Attributes:
         automaton: the automaton; its states are `automaton_state` (n_states,).
-        choice_fin, choice_inf: (n_pairs, n_choices), bool.
 
     Raises:
         UnknownNameError: the automaton has a proposition that the MDP does not label.
@@ -152,15 +152,41 @@ class Product(_LabelledProduct):
             ends=np.zeros(mdp.n_states, dtype=np.bool_),
         )
         unfolding = Unfolding(mdp, reader, initial_label)
-        super().__init__(mdp, unfolding, unfolding.transitions(), None)
+        super().__init__(mdp, unfolding, unfolding.transitions, None)
         self.automaton = automaton
-        self.choice_fin = _choice_marks(unfolding, automaton.edge_fin)
-        self.choice_inf = _choice_marks(unfolding, automaton.edge_inf)
+        self._unfolding = unfolding
 
     @property
     def automaton_state(self) -> IntArray:
         """The automaton's half of each product state, shape (n_states,)."""
         return self.machine_state
+
+    @cached_property
+    def support(self) -> Support:
+        """See `ExplicitMDP.support`; made without the transition matrix."""
+        return self._graph[0]
+
+    @cached_property
+    def choice_fin(self) -> BoolArray:
+        """Which choices have a Fin mark of each pair, shape (n_pairs, n_choices)."""
+        return self._graph[1][:, self.support.of_choice]
+
+    @cached_property
+    def choice_inf(self) -> BoolArray:
+        """Which choices have an Inf mark of each pair, shape (n_pairs, n_choices)."""
+        return self._graph[2][:, self.support.of_choice]
+
+    def expect(self, value: FloatArray) -> FloatArray:
+        """See `ExplicitMDP.expect`; takes no transition matrix."""
+        return self._unfolding.after_step(value)
+
+    @cached_property
+    def _graph(self) -> tuple[Support, BoolArray, BoolArray]:
+        """The graph, and the marks of its choices."""
+        dra = self.automaton
+        support, marks = self._unfolding.support([*dra.edge_fin, *dra.edge_inf])
+        table = np.array(marks, dtype=np.bool_).reshape(2, dra.n_pairs, support.graph.n_choices)
+        return support, table[0], table[1]
 
 
 class RewardProduct(_LabelledProduct):
@@ -239,11 +265,6 @@ class RewardProduct(_LabelledProduct):
 
 
 _COLUMNS = ("next_state", "reward", "discount", "stop", "stop_reward", "violated", "accepted")
-
-
-def _choice_marks(unfolding: Unfolding, marks: BoolArray) -> BoolArray:
-    rows = [unfolding.expected(table) > 0 for table in marks]
-    return np.array(rows, dtype=np.bool_).reshape(len(marks), unfolding.moves.shape[0])
 
 
 def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:
