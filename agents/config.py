@@ -67,7 +67,7 @@ class DQNConfig:
     """C of the term C*||weights||^2 added to the loss (thesis), >= 0."""
     max_gradient_norm: float | None = None
     """longer gradients are shortened to this; None: never."""
-    batch_size: int = 128
+    batch_size: int = 512
     """environment steps in a batch, >= 1 (times the automaton states, if counterfactual)."""
     buffer_size: int = 200_000
     """environment steps kept for replay, >= batch_size."""

@@ -13,6 +13,7 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP, RewardProduct, expected_return, optimal_return
 from ltlc.mdp.estimate import Estimate, mean, probability, ratio
 from ltlc.mdp.measures import from_start
+from ltlc.rewards import RewardTables
 
 from .collect import Collector, Episode, Interface
 from .dqn import DoubleDQN
@@ -61,12 +62,14 @@ class ExactJudge:
 
     Args:
         mdp: the environment, see `ltlc.envs.labelled_mdp`.
-        agent: whose reward tables are judged.
+        tables: the rewards to judge by, such as `agent.tables`.
         initial_label: as in the wrapper.
     """
 
-    def __init__(self, mdp: LabelledMDP, agent: DoubleDQN, *, initial_label: Literal["read", "skip"] = "read") -> None:
-        self.product = RewardProduct(mdp, agent.tables, initial_label=initial_label)
+    def __init__(
+        self, mdp: LabelledMDP, tables: RewardTables, *, initial_label: Literal["read", "skip"] = "read"
+    ) -> None:
+        self.product = RewardProduct(mdp, tables, initial_label=initial_label)
         self.optimum = from_start(self.product.initial, optimal_return(self.product).value)
 
     def regret(self, policy: IntArray) -> Regret:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
-import importlib.util
 import io
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -64,8 +64,8 @@ class Metrics:
         self._writer: Any = None
         if folder is not None and self.path is not None:
             _keep_rows(self.path, steps)
-            if importlib.util.find_spec("tensorboard") is not None:
-                from torch.utils.tensorboard.writer import SummaryWriter  # late: TensorBoard is optional and slow
+            with contextlib.suppress(ImportError):  # TensorBoard is optional
+                from torch.utils.tensorboard.writer import SummaryWriter  # late: it is slow
 
                 self._writer = SummaryWriter(str(folder), purge_step=steps or None)
 

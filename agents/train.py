@@ -60,6 +60,8 @@ class TrainingResult:
     interrupted: bool
     """whether it stopped on Ctrl-C."""
     folder: Path | None
+    saved_steps: int = 0
+    """environment steps that the checkpoint in the folder holds."""
 
     def __str__(self) -> str:
         total = self.agent.config.total_steps
@@ -68,7 +70,7 @@ class TrainingResult:
             return text
         if self.folder is None:
             return f"{text}, interrupted; nothing was written, since no folder was given"
-        return f"{text}, interrupted; all of it is in {self.folder}. Go on with train(env, folder=..., resume=True)"
+        return f"{text}, interrupted; {self.saved_steps} are in {self.folder}. Go on with train(..., resume=True)"
 
 
 Callback = Callable[[Progress], bool | None]
@@ -86,8 +88,8 @@ def train(
 
     Training is cut into legs of `checkpoint_every` steps. Each begins with an environment reset from a seed of its own
     and ends with a checkpoint. So the result depends on the configuration alone, not on whether the run was killed and
-    resumed from a checkpoint, as long as the environment is deterministic given its seed. (Ctrl-C ends the leg on the
-    spot; a run resumed after it is a sound one, but not the same as without.)
+    resumed from a checkpoint, as long as the environment is deterministic given its seed. For the same reason Ctrl-C gives
+    up what the leg under way has done.
 
     Args:
         env: the environment; it is not closed.
@@ -127,8 +129,8 @@ def train(
                 stopped = bool(callback(Progress(run.agent, row, config.total_steps)))
             if run.leg_is_over() and run.steps < config.total_steps:
                 run.begin_leg()
-        run.finish()
-        return TrainingResult(run.agent, run.steps, run.seconds, interrupt.raised, place)
+        run.finish(complete=not interrupt.raised)
+        return TrainingResult(run.agent, run.steps, run.seconds, interrupt.raised, place, run.saved_steps)
 
 
 class _Run:
@@ -151,8 +153,11 @@ class _Run:
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
         self.metrics = Metrics(folder, 0 if saved is None else int(saved["steps"]))
-        if saved is not None:
+        if saved is None:
+            self._write()
+        else:
             self._restore(saved)
+        self.saved_steps = self.steps
         self._reset()
 
     @property
@@ -185,9 +190,10 @@ class _Run:
         self.save()
         self._reset()
 
-    def finish(self) -> None:
-        """Write the last checkpoint and the policy."""
-        self.save()
+    def finish(self, *, complete: bool) -> None:
+        """Write the last checkpoint, unless the leg was cut short, and the policy."""
+        if complete:
+            self.save()
         self.metrics.close()
         if self.folder is not None:
             self.agent.save(self.folder / POLICY_FILE)
@@ -195,6 +201,10 @@ class _Run:
     def save(self) -> None:
         """End the leg with a checkpoint: the old one, or the new one, is there at any moment."""
         self.leg += 1
+        self._write()
+
+    def _write(self) -> None:
+        self.saved_steps = self.steps
         if self.folder is None:
             return
         content = {

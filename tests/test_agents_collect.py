@@ -92,7 +92,9 @@ def test_wrapped_grid_gives_true_transitions_in_every_mode(mode: AutoresetMode, 
         after = source.encoder.features(torch.from_numpy(steps.next_observation))
         if observation == "flat":  # indicator vectors arrive as a box scaled to [-1, 1]
             cells, after = cells > 0, after > 0
-        for i, (cell, arrived) in enumerate(zip(cells.int().argmax(1).tolist(), after.int().argmax(1).tolist(), strict=True)):
+        for i, (cell, arrived) in enumerate(
+            zip(cells.int().argmax(1).tolist(), after.int().argmax(1).tolist(), strict=True)
+        ):
             row, column = divmod(cell, 3)
             move = [(-1, 0), (0, 1), (1, 0), (0, -1), (0, 0)][int(steps.action[i])]
             row, column = min(max(row + move[0], 0), 2), min(max(column + move[1], 0), 2)

@@ -50,7 +50,12 @@ def test_unknown_choices_and_names_get_a_suggestion() -> None:
 
 def test_schedules_are_lines_with_flat_ends() -> None:
     config = DQNConfig(
-        epsilon_start=1.0, epsilon_final=0.2, epsilon_steps=100, learning_rate=0.4, final_learning_rate=0.2, total_steps=50
+        epsilon_start=1.0,
+        epsilon_final=0.2,
+        epsilon_steps=100,
+        learning_rate=0.4,
+        final_learning_rate=0.2,
+        total_steps=50,
     )
     assert [config.epsilon_at(steps) for steps in (0, 50, 100, 1000)] == pytest.approx([1.0, 0.6, 0.2, 0.2])
     assert [config.learning_rate_at(steps) for steps in (0, 25, 50, 99)] == pytest.approx([0.4, 0.3, 0.2, 0.2])

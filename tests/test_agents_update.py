@@ -189,7 +189,7 @@ def test_thesis_initialization_is_uniform_and_positive() -> None:
     linear = [layer for layer in learner.q_network.layers if isinstance(layer, torch.nn.Linear)]
     assert [(layer.in_features, layer.out_features) for layer in linear] == [(3, 400), (400, 300), (300, 5)]
     for layer, high in zip(linear, (0.1, 0.1, 0.01), strict=True):
-        assert 0 <= layer.weight.min() and 0.9 * high < layer.weight.max() <= high
+        assert layer.weight.min() >= 0 and 0.9 * high < layer.weight.max() <= high
         assert not layer.bias.any()
     assert sum(isinstance(layer, torch.nn.BatchNorm1d) for layer in learner.q_network.layers) == 2
 

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, rewards, show, translators
+from ltlc.cli import check, compile, evaluate, reproduce, rewards, show, solve, train, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__
@@ -24,7 +24,17 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_ltlc)
-    for command in (compile.compile_, show.show, check.check, translators.translators, rewards.rewards):
+    for command in (
+        compile.compile_,
+        show.show,
+        check.check,
+        train.train,
+        evaluate.evaluate,
+        solve.solve,
+        reproduce.reproduce,
+        translators.translators,
+        rewards.rewards,
+    ):
         app.command(command.__name__.rstrip("_"))(command)
     return app
 
@@ -40,7 +50,7 @@ def _ltlc(
         bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)
     ] = False,
 ) -> None:
-    """Compile linear temporal logic into deterministic Rabin automata."""
+    """Compile linear temporal logic into automata and rewards, train agents on them, and judge what they learn."""
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -70,6 +70,8 @@ class _FlatObserver(Observer):
             raise InvalidArgumentError(f"observation mode 'flat' cannot flatten {space}; use 'dict'")
         self.dtype = flat.dtype if np.issubdtype(flat.dtype, np.floating) else np.dtype(np.float32)
         self.one_hot = np.eye(n_states, dtype=self.dtype)
+        self.width = flat.shape[0]
+        self.start = int(space.start) if isinstance(space, spaces.Discrete) else 0
         zeros = np.zeros(n_states, dtype=self.dtype)
         self.space = spaces.Box(
             np.concatenate([flat.low.astype(self.dtype), zeros]),
@@ -78,8 +80,15 @@ class _FlatObserver(Observer):
         )
 
     def single(self, observation: Any, state: int) -> Any:
-        flat = observation.ravel() if isinstance(self.base, spaces.Box) else spaces.flatten(self.base, observation)
-        return np.concatenate((flat, self.one_hot[state]), dtype=self.dtype, casting="unsafe")  # type: ignore[call-overload]
+        joint = np.zeros(self.width + self.n_states, dtype=self.dtype)
+        if isinstance(self.base, spaces.Discrete):
+            joint[int(observation) - self.start] = 1
+        elif isinstance(self.base, spaces.Box):
+            joint[: self.width] = observation.ravel()
+        else:
+            joint[: self.width] = spaces.flatten(self.base, observation)  # type: ignore[assignment]
+        joint[self.width + state] = 1
+        return joint
 
     def batch(self, observations: Any, states: npt.NDArray[np.int64]) -> Any:
         n = len(states)

@@ -11,6 +11,7 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, Vecto
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 
 from ltlc.automata import RabinAutomaton
+from ltlc.envs.batch import copied, merge, select
 from ltlc.envs.chance import Chances
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
@@ -30,9 +31,9 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
 
     `infos["ltl"]` holds an array per entry. It has two entries more: `valid`, False where this step only began a new
     episode (autoreset mode NEXT_STEP), so that replay can skip it; and, after a step, `base_terminated`, whether the
-    environment ended the episode, whatever the task does, so that replay can teach other automaton states. In mode SAME_STEP the entries of a finished
-    sub-environment are those of its new episode, and `infos["final_info"]["ltl"]` has those of its last step, to go
-    with `infos["final_obs"]`.
+    environment ended the episode, whatever the task does, so that replay can teach other automaton states. In mode
+    SAME_STEP the entries of a finished sub-environment are those of its new episode, and
+    `infos["final_info"]["ltl"]` has those of its last step, to go with `infos["final_obs"]`.
 
     Where the task itself ends an episode, the sub-environment begins a new one when the autoreset mode says so:
     Gymnasium's SyncVectorEnv and AsyncVectorEnv can do so, and so can any vector environment that knows `reset_mask`
@@ -274,9 +275,9 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         by_task = done & ~ended
         if by_task.any():
             for i in np.flatnonzero(by_task):  # an object array can only be filled one by one
-                final_obs[i] = _copy(select(observations, i))
+                final_obs[i] = copied(select(observations, i))
             own = {key: value for key, value in infos.items() if not key.lstrip("_").startswith("final_")}
-            merge(final_info, _copy(own), by_task)
+            merge(final_info, copied(own), by_task)
             observations, new_infos = self.env.reset(options={"reset_mask": by_task.copy()})
             merge(infos, new_infos, by_task)
         for i in np.flatnonzero(done):
@@ -324,38 +325,3 @@ def _flat(table: npt.NDArray[Any], before_episode: Any) -> npt.NDArray[Any]:
     """A table with the row of `before_episode` below it, as one line."""
     row = np.broadcast_to(before_episode, table.shape[1:])
     return np.concatenate([table.ravel(), row]).astype(table.dtype)
-
-
-def select(tree: Any, chosen: Any) -> Any:
-    """The chosen sub-environments of a batched observation or info; entries that are no arrays stay as they are."""
-    if isinstance(tree, dict):
-        return {key: select(value, chosen) for key, value in tree.items()}
-    if isinstance(tree, tuple):
-        return tuple(select(value, chosen) for value in tree)
-    return tree[chosen] if isinstance(tree, np.ndarray) else tree
-
-
-def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:
-    """Replace the masked entries of batched infos by those of others; arrays are replaced, never written into."""
-    for key, value in new.items():
-        old = into.get(key)
-        if isinstance(value, dict):
-            inner = old if isinstance(old, dict) else {}
-            merge(inner, value, mask)
-            into[key] = inner
-        elif isinstance(value, np.ndarray) and value.shape[:1] == mask.shape:
-            mixed = np.zeros_like(value)
-            if isinstance(old, np.ndarray) and old.shape == value.shape and old.dtype == value.dtype:
-                mixed[:] = old
-            mixed[mask] = value[mask]
-            into[key] = mixed
-        else:
-            into[key] = value
-
-
-def _copy(observation: Any) -> Any:
-    if isinstance(observation, dict):
-        return {key: _copy(value) for key, value in observation.items()}
-    if isinstance(observation, tuple):
-        return tuple(_copy(value) for value in observation)
-    return observation.copy() if isinstance(observation, np.ndarray) else observation

@@ -1,4 +1,4 @@
-"""LTL to deterministic Rabin automata: a portfolio of constructions, and one pipeline that keeps the smallest result."""
+"""LTL to deterministic Rabin automata: a portfolio of constructions and a pipeline that keeps the smallest result."""
 
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.pipeline import translate

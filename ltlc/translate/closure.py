@@ -2,8 +2,8 @@
 
 Three representations carry every construction of this package:
 
-* a **letter set** is a Python integer, bit c = letter class c. Intersection, union and complement are single operations,
-  for four propositions as for twenty.
+* a **letter set** is a Python integer, bit c = letter class c. Intersection, union and complement are single
+  operations, for four propositions as for twenty.
 * an **obligation** is a positive Boolean combination of *atoms* (letter sets and temporal subformulas) in disjunctive
   normal form: a sorted tuple of clauses, each an integer with one bit per atom. Clauses are reduced by syntactic
   implication, so that equal tuples mean propositionally equivalent formulas, and many more are recognised as equal.
@@ -163,7 +163,8 @@ class Closure:
             return self.node(kind, *kept) if kept else unit
         last = args[-1]
         if kind in "XFG":
-            return last if last in (true, false) or (kind != "X" and self.nodes[last].kind == kind) else self.node(kind, last)
+            idempotent = kind != "X" and self.nodes[last].kind == kind
+            return last if idempotent or last in (true, false) else self.node(kind, last)
         left, right = args
         if {left, right} & {true, false}:
             return self._folded(kind, left, right, true, false)
@@ -312,7 +313,7 @@ class Closure:
 
     def both(self, f: Obligation, g: Obligation) -> Obligation:
         """Conjunction."""
-        if f == g or g == TRUE or f == FALSE:
+        if f in (g, FALSE) or g == TRUE:
             return f
         if f == TRUE or g == FALSE:
             return g
@@ -325,7 +326,7 @@ class Closure:
 
     def either(self, f: Obligation, g: Obligation) -> Obligation:
         """Disjunction."""
-        if f == g or g == FALSE or f == TRUE:
+        if f in (g, TRUE) or g == FALSE:
             return f
         if f == FALSE or g == TRUE:
             return g

@@ -151,4 +151,3 @@ class Complement:
         """See `Component`."""
         decided = self._component.decided(state)
         return None if decided is None else not decided
-

@@ -108,7 +108,7 @@ def explore(
     successors: Callable[[State], Iterable[tuple[int, State, int]]],
     budget: Budget,
 ) -> tuple[list[State], list[list[Edge]]]:
-    """Number the states reachable from `initial` breadth-first, by least letter; merge edges of equal target and marks."""
+    """Number the states reachable from `initial` breadth-first, by least letter; merge edges with target and marks."""
     number = {initial: 0}
     states = [initial]
     edges: list[list[Edge]] = []
@@ -137,29 +137,31 @@ def complement(automaton: EmersonLei) -> EmersonLei:
 def localized(automaton: EmersonLei) -> EmersonLei:
     """Each strong component with its own simplest condition; marks that do not matter are removed."""
     component = graph.strong_components(automaton.successors())
-    inside: list[list[int]] = [[] for _ in range(max(component) + 1)]
+    n_components = max(component) + 1
+    possible, certain = [0] * n_components, [-1] * n_components
     for q, edges in enumerate(automaton.edges):
-        inside[component[q]].extend(e.marks for e in edges if component[e.target] == component[q])
-    conditions: list[Acceptance] = []
-    first = {c: q for q, c in reversed(list(enumerate(component)))}
-    for c, marks in enumerate(inside):
-        possible, certain = 0, -1
-        for m in marks:
-            possible |= m
-            certain &= m
-        condition = restrict(automaton.acceptance[first[c]], possible, certain & possible) if marks else NEVER
-        conditions.append(condition)
-    kept: list[list[Edge]] = []
+        here = component[q]
+        for edge in edges:
+            if component[edge.target] == here:
+                possible[here] |= edge.marks
+                certain[here] &= edge.marks
+    conditions = [NEVER] * n_components
+    useful = [0] * n_components
+    for q, condition in enumerate(automaton.acceptance):
+        here = component[q]
+        if certain[here] != -1 and not useful[here] and conditions[here] == NEVER:
+            conditions[here] = restrict(condition, possible[here], certain[here])
+            for fin, inf in conditions[here]:
+                useful[here] |= fin | inf
+    kept = []
     for q, edges in enumerate(automaton.edges):
-        useful = 0
-        for fin, inf in conditions[component[q]]:
-            useful |= fin | inf
+        here = component[q]
         merged: dict[tuple[int, int], int] = {}
         for letters, target, marks in edges:
-            key = (target, marks & useful if component[target] == component[q] else 0)
+            key = (target, marks & useful[here] if component[target] == here else 0)
             merged[key] = merged.get(key, 0) | letters
-        kept.append([Edge(letters, target, marks) for (target, marks), letters in merged.items()])
-    return EmersonLei(tuple(map(tuple, kept)), tuple(conditions[c] for c in component))
+        kept.append(tuple(Edge(letters, target, marks) for (target, marks), letters in merged.items()))
+    return EmersonLei(tuple(kept), tuple(conditions[c] for c in component))
 
 
 def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[int]:

@@ -2,8 +2,8 @@
 
 Two ways are tried in each component and the one with fewer states is kept:
 
-* **counters**: each clause Fin(B) & Inf(G1) & ... & Inf(Gk) becomes a pair; clauses with the same list of Inf sets share
-  a counter that waits for them in turn. One copy of the component if no clause has two Inf sets.
+* **counters**: each clause Fin(B) & Inf(G1) & ... & Inf(Gk) becomes a pair; clauses with the same list of Inf sets
+  share a counter that waits for them in turn. One copy of the component if no clause has two Inf sets.
 * **alternating cycle decomposition**: the optimal parity condition for the given graph, and a parity condition is a
   Rabin condition.
 
@@ -205,11 +205,14 @@ def _strong_edge_sets(kept: Sequence[int], edges: Sequence[InnerEdge]) -> list[f
     return [frozenset(part) for part in parts.values()]
 
 
-def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget) -> RabinAutomaton:
-    """The transition-based Rabin automaton of a (localized) Emerson-Lei automaton."""
+def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, parity: bool = False) -> RabinAutomaton:
+    """The transition-based Rabin automaton of a (localized) Emerson-Lei automaton.
+
+    With `parity`, the second way is taken wherever it can be: its marks form chains, which suits marks on states.
+    """
     component = graph.strong_components(automaton.successors())
     memories: list[Memory] = [
-        _best_memory(automaton, members, component) for members in graph.component_members(component)
+        _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
     ]
 
     def successors(state: tuple[int, int]) -> Iterable[tuple[int, tuple[int, int], int]]:
@@ -228,10 +231,10 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget) -> 
     return _as_arrays(edges, n_pairs, letters)
 
 
-def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int]) -> Memory:
+def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], parity: bool) -> Memory:
     condition = automaton.acceptance[members[0]]
     counters = Counters(condition)
-    if counters.size(members) == len(members):
+    if counters.size(members) == len(members) and not (parity and len(condition) > 1):
         return counters
     inner = [
         InnerEdge(q, e.target, e.marks)
@@ -243,7 +246,7 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
         decomposition = CycleDecomposition(condition, list(dict.fromkeys(inner)))
     except OverflowError:
         return counters
-    return decomposition if decomposition.size(members) <= counters.size(members) else counters
+    return decomposition if parity or decomposition.size(members) <= counters.size(members) else counters
 
 
 def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) -> RabinAutomaton:
@@ -274,4 +277,3 @@ def _members(letter_set: int, n_classes: int) -> BoolArray:
     """The letter set as a Boolean array over letter classes."""
     data = np.frombuffer(letter_set.to_bytes((n_classes + 7) // 8, "little"), dtype=np.uint8)
     return np.unpackbits(data, count=n_classes, bitorder="little").astype(np.bool_)
-

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from ltlc.automata import canonical, simplify_marks, to_state_based
 from ltlc.automata.compare import equivalent_states
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
@@ -95,14 +97,35 @@ def translate(
     budget = Budget(str(formula), max_states, timeout)
     problem = Problem(nnf(simplify(formula)), propositions(formula))
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
+    automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
+    return replace(automaton, formula=str(formula), translator=best.translator)
+
+
+def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
+    """The candidate with marks on states."""
     automaton = best.automaton
-    described = {"formula": str(formula), "translator": best.translator}
-    if acceptance == "transition":
-        return replace(automaton, **described)
     if best.weak:
-        marks = {"fin": automaton.fin.any(axis=2), "inf": automaton.inf.any(axis=2)}
-        return replace(automaton, acceptance="state", **marks, **described)
-    return replace(canonical(to_state_based(automaton)), **described)
+        return replace(
+            automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
+        )
+    if automaton.n_pairs == 1:
+        return canonical(to_state_based(automaton))
+    # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
+    closure = problem.closure(budget)
+    emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
+    chain = to_state_based(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+    if sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
+        chain = min(to_state_based(automaton), chain, key=lambda a: a.n_states)
+    return canonical(chain)
+
+
+def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
+    """Per state, the different marks with which edges enter it."""
+    marks: list[set[int]] = [set() for _ in range(automaton.n_states)]
+    for targets, row in zip(automaton.delta.tolist(), automaton.edge_marks, strict=True):
+        for target, mark in zip(targets, row, strict=True):
+            marks[target].add(mark)
+    return marks
 
 
 def _best(problem: Problem, budget: Budget) -> Candidate:

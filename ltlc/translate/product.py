@@ -70,7 +70,9 @@ class _Product:
         """Moves in which the stable components rest."""
         return self._moves(state, resting=self.stable)
 
-    def all_moves(self, state: ProductState, settled: dict[ProductState, int]) -> Iterable[tuple[int, ProductState, int]]:
+    def all_moves(
+        self, state: ProductState, settled: dict[ProductState, int]
+    ) -> Iterable[tuple[int, ProductState, int]]:
         """Moves in which the stable components rest only while the others pass from component to component."""
         here = settled[self._rested(state)]
         for letters, (skeleton, states), marks in self._moves(state, resting=0):
@@ -83,9 +85,7 @@ class _Product:
     def _rested(self, state: ProductState) -> ProductState:
         skeleton, states = state
         relevant = reduce(int.__or__, skeleton, 0) & self.stable
-        return skeleton, tuple(
-            self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states)
-        )
+        return skeleton, tuple(self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states))
 
     def _moves(self, state: ProductState, resting: int) -> list[tuple[int, ProductState, int]]:
         skeleton, states = state
@@ -106,8 +106,7 @@ class _Product:
         """The acceptance condition while the skeleton and the components' strong components stay as they are."""
         skeleton, states = state
         conditions = {
-            i: self._shifted(i, self.components[i].condition(states[i]))
-            for i in bits(reduce(int.__or__, skeleton, 0))
+            i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(reduce(int.__or__, skeleton, 0))
         }
         key = (skeleton, tuple(conditions.items()))
         known = self._condition.get(key)

@@ -96,7 +96,8 @@ class _Tableau:
             for arg in args:
                 moves = self._both(moves, self.unfold(arg))
             return moves
-        delay = [Move(closure.letters.all, clause, (1 << node) * (kind in "FUM")) for clause in closure.obligation(node)]
+        put_off = 1 << node if kind in "FUM" else 0
+        delay = [Move(closure.letters.all, clause, put_off) for clause in closure.obligation(node)]
         if kind == "F":
             return [*self.unfold(args[0]), *delay]
         if kind == "G":
@@ -133,4 +134,3 @@ def _undominated(moves: list[Move], closure: Closure) -> list[Move]:
         if letters:
             kept.append(Move(letters, clause, delayed))
     return kept
-

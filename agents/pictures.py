@@ -1,0 +1,415 @@
+"""Pictures of what was learned: the policy on the map (thesis, figures 5.2 and 5.3), returns over training (5.4)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.automata import RabinAutomaton, guard_text
+from ltlc.envs.grid_map import ACTIONS, GridMap
+from ltlc.rewards import RewardTables
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+FloatArray = npt.NDArray[np.float64]
+
+INK, FAINT, PAPER, RULE, WALL, ARROW, NEVER = (
+    "#2b2a28",
+    "#8d8982",
+    "#ffffff",
+    "#dedad2",
+    "#56545a",
+    "#1f4e79",
+    "#f1efea",
+)
+TINTS = ("#f2c57c", "#9fc7a5", "#e59a8c", "#a9b8de", "#d6a9d0", "#8fc7cf", "#cfcf8a", "#c9b199")
+LINES = ("#1f5a94", "#c8553d", "#4f8a4c", "#8a5aa8")
+_LAKE = {"H": TINTS[3], "G": TINTS[1]}
+MAX_PANELS = 16
+_DIRECTIONS = {"UP": (0, -1), "RIGHT": (1, 0), "DOWN": (0, 1), "LEFT": (-1, 0), "NONE": (0, 0)}
+
+
+@dataclass(frozen=True)
+class Board:
+    """A map to draw on: the states of an environment are its cells, row by row."""
+
+    text: tuple[str, ...]
+    """a string per row: `.` free, `#` wall, any other character a marked cell."""
+    start: int
+    """cell."""
+    actions: tuple[str, ...]
+    """what each action does: UP, RIGHT, DOWN, LEFT or NONE."""
+    meaning: Mapping[str, str]
+    """what each character stands for."""
+    final: frozenset[int] = frozenset()
+    """cells where the environment ends the episode."""
+    colours: Mapping[str, str] = field(default_factory=dict)
+    """of some characters; the others get one each."""
+
+    @property
+    def columns(self) -> int:
+        """Width in cells."""
+        return len(self.text[0])
+
+    @property
+    def cells(self) -> str:
+        """All characters, row by row."""
+        return "".join(self.text)
+
+
+def board_of(env: Any) -> Board | None:
+    """The map of an environment: of a grid world, or of Gymnasium's FrozenLake; None for others."""
+    base = env.unwrapped
+    layout = getattr(base, "layout", None)
+    if isinstance(layout, GridMap):
+        return Board(layout.text, layout.start, ACTIONS[: layout.n_actions], _meaning_of(layout))
+    description = getattr(base, "desc", None)
+    if isinstance(description, np.ndarray) and description.ndim == 2 and type(base).__name__ == "FrozenLakeEnv":
+        text = tuple("".join(cell.decode() for cell in row).replace("F", ".") for row in description)
+        flat = "".join(text)
+        start = flat.index("S")
+        final = frozenset(i for i, character in enumerate(flat) if character in "HG")
+        rows = tuple(row.replace("S", ".") for row in text)
+        return Board(rows, start, ("LEFT", "DOWN", "RIGHT", "UP"), {"H": "hole", "G": "goal"}, final, _LAKE)
+    return None
+
+
+def _meaning_of(layout: GridMap) -> dict[str, str]:
+    """What the marked cells of a grid world show, with probabilities where they are not 1."""
+    meaning = {}
+    for cell, character in enumerate("".join(layout.text)):
+        if character in ".#" or character in meaning:
+            continue
+        shown = [
+            " ".join(name for i, name in enumerate(layout.propositions) if letter >> i & 1)
+            + (f" with probability {p:.2g}" if p < 1 else "")
+            for letter, p in layout.cell_labels[cell]
+            if letter
+        ]
+        meaning[character] = " or ".join(shown) or "nothing"
+    return meaning
+
+
+def draw_policy(
+    path: str | os.PathLike[str],
+    board: Board,
+    policy: IntArray,
+    automaton: RabinAutomaton,
+    tables: RewardTables,
+    *,
+    title: str,
+    subtitle: str = "",
+    reached: BoolArray | None = None,
+    classes: IntArray | None = None,
+) -> Path:
+    """Draw a policy: a panel for each automaton state in which there is something to decide.
+
+    Args:
+        path: a .png, .svg or .pdf file.
+        board: the map.
+        policy: action for each cell and table state, shape (n_cells, n_table_states).
+        automaton: of the task, for what each state waits for.
+        tables: of the rewards.
+        title: the heading.
+        subtitle: a line below it.
+        reached: cells and states that can be visited at all, same shape; the others are drawn grey. None: all.
+
+        classes: letter classes that can occur on the map; None: all.
+
+    Returns:
+        The path that was written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    waiting = waits_for(automaton, np.arange(automaton.n_classes) if classes is None else classes)
+    seen = np.ones(policy.shape, dtype=np.bool_) if reached is None else reached
+    states = [q for q in range(policy.shape[1]) if seen[:, q].any()][:MAX_PANELS]
+    n_columns = min(len(states), 4 if len(states) > 6 or len(states) == 4 else 3)
+    n_rows = -(-len(states) // n_columns)
+    rows, columns = len(board.text), board.columns
+    cell = 0.34 if max(rows, columns) > 6 else 0.5
+    width, height = columns * cell, rows * cell
+    above, below, gap, panel_title = 0.8 if subtitle else 0.55, 0.75, 0.3, 0.48
+    size = (
+        max(n_columns * width + (n_columns + 1) * gap, 5.2),
+        n_rows * (height + panel_title) + above + below,
+    )
+    figure = Figure(figsize=size, facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    left = (size[0] - n_columns * width - (n_columns - 1) * gap) / 2
+    for i, state in enumerate(states):
+        row, column = divmod(i, n_columns)
+        bottom = size[1] - above - (row + 1) * (height + panel_title)
+        x = left + column * (width + gap)
+        axes = figure.add_axes((x / size[0], bottom / size[1], width / size[0], height / size[1]))
+        _panel(axes, board, policy[:, state], seen[:, state], cell)
+        own = int(tables.automaton_state[state])
+        name = f"q{own}" if tables.n_states == automaton.n_states else f"q{own} ({state})"
+        waits = _shortened(waiting[own], int(width * 13))
+        axes.text(0, -0.27 / cell, name, fontsize=11, fontweight="bold", color=INK, va="center")
+        axes.text(0, -0.1 / cell, waits, fontsize=8, color=FAINT, va="center")
+    figure.text(left / size[0], 1 - 0.32 / size[1], title, fontsize=13, color=INK, va="center", fontweight="bold")
+    if subtitle:
+        figure.text(left / size[0], 1 - 0.62 / size[1], subtitle, fontsize=9, color=FAINT, va="center")
+    _legend(figure, board, left, size, bool((~seen[:, states]).any()))
+    return _saved(figure, path)
+
+
+def waits_for(automaton: RabinAutomaton, classes: IntArray) -> list[str]:
+    """For each state the letters that lead on towards the next accepting step, as a guard; else what the state is.
+
+    Args:
+        automaton: the automaton.
+        classes: letter classes that can occur; the shortest way uses no others.
+    """
+    delta = automaton.delta
+    possible = np.isin(np.arange(automaton.n_classes), classes)
+    on_cycle = _restricted(automaton, classes).annotations.distance == 0
+    marked = automaton.edge_inf.any(axis=0) & on_cycle[:, None] & on_cycle[delta]
+    steps = np.where((marked & possible).any(axis=1), 1, automaton.n_states + 2)
+    for _ in range(automaton.n_states):
+        steps = np.minimum(steps, 1 + np.where(possible, steps[delta], automaton.n_states + 1).min(axis=1))
+    texts = []
+    for state in range(automaton.n_states):
+        onward = marked[state] if steps[state] == 1 else steps[delta[state]] < steps[state]
+        if automaton.annotations.distance[state] < 0:
+            texts.append("violated")
+        elif onward.all():
+            texts.append("accepting")
+        elif steps[state] > automaton.n_states:
+            texts.append("cannot accept here")
+        else:
+            texts.append(f"waits for {guard_text(automaton, np.flatnonzero(onward).tolist())}")
+    return texts
+
+
+def _restricted(automaton: RabinAutomaton, classes: IntArray) -> RabinAutomaton:
+    """The automaton on some letter classes; what it does on other letters means nothing."""
+    number = np.zeros(automaton.n_classes, dtype=np.int32)
+    number[classes] = np.arange(len(classes))
+    marks = {"fin": automaton.fin, "inf": automaton.inf}
+    if automaton.acceptance == "transition":
+        marks = {name: table[:, :, classes] for name, table in marks.items()}
+    return replace(automaton, delta=automaton.delta[:, classes], letter_class=number[automaton.letter_class], **marks)
+
+
+def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: float) -> None:
+    from matplotlib.patches import FancyArrowPatch, Rectangle
+
+    rows, columns = len(board.text), board.columns
+    axes.set(xlim=(-0.02, columns + 0.02), ylim=(rows + 0.02, -0.02), aspect="equal")
+    axes.axis("off")
+    tint = tints(board)
+    for cell, character in enumerate(board.cells):
+        row, column = divmod(cell, columns)
+        face = WALL if character == "#" else tint.get(character, PAPER if seen[cell] else NEVER)
+        axes.add_patch(Rectangle((column, row), 1, 1, facecolor=face, edgecolor=RULE, linewidth=0.7))
+        if character == "#":
+            continue
+        marked = character in tint
+        if marked:
+            axes.text(
+                column + 0.09, row + 0.29, character, fontsize=size * 17, color=INK, va="center", fontweight="bold"
+            )
+        if not seen[cell] or cell in board.final:
+            continue
+        dx, dy = _DIRECTIONS[board.actions[int(actions[cell])]]
+        x, y = column + (0.58 if marked else 0.5), row + (0.58 if marked else 0.5)
+        if dx == dy == 0:
+            axes.plot(x, y, "o", color=ARROW, markersize=size * 9, zorder=3)
+            continue
+        reach = 0.28 if marked else 0.34
+        arrow = FancyArrowPatch(
+            (x - dx * reach, y - dy * reach),
+            (x + dx * reach, y + dy * reach),
+            arrowstyle="-|>,head_length=0.38,head_width=0.22",
+            mutation_scale=size * 27,
+            linewidth=size * 3.4,
+            color=ARROW,
+            shrinkA=0,
+            shrinkB=0,
+            zorder=3,
+        )
+        axes.add_patch(arrow)
+    row, column = divmod(board.start, columns)
+    axes.add_patch(
+        Rectangle(
+            (column + 0.06, row + 0.06), 0.88, 0.88, fill=False, edgecolor=LINES[1], linewidth=size * 4.5, zorder=2
+        )
+    )
+    axes.add_patch(Rectangle((0, 0), columns, rows, fill=False, edgecolor=FAINT, linewidth=0.8, zorder=4))
+
+
+def _legend(figure: Figure, board: Board, left: float, size: tuple[float, float], some_never: bool) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    entries: list[tuple[Any, str]] = [
+        (
+            Patch(facecolor=colour, edgecolor=RULE),
+            meaning if meaning.startswith(character) else f"{character}: {meaning}",
+        )
+        for character, colour in tints(board).items()
+        for meaning in [board.meaning.get(character, character)]
+    ]
+    entries.append((Patch(facecolor=PAPER, edgecolor=LINES[1], linewidth=1.5), "start"))
+    if "NONE" in board.actions:
+        entries.append((Line2D([], [], marker="o", linestyle="", color=ARROW, markersize=4), "stay"))
+    if some_never:
+        entries.append((Patch(facecolor=NEVER, edgecolor=RULE), "never reached"))
+    longest = max(len(text) for _, text in entries)
+    per_row = max(1, min(len(entries), int((size[0] - left) / (0.42 + 0.075 * longest))))
+    figure.legend(
+        [handle for handle, _ in entries],
+        [text for _, text in entries],
+        loc="center left",
+        bbox_to_anchor=(left / size[0], 0.36 / size[1]),
+        borderaxespad=0,
+        ncols=per_row,
+        frameon=False,
+        fontsize=8.5,
+        labelcolor=INK,
+        handlelength=1.1,
+        handleheight=1.1,
+        columnspacing=1.4,
+        borderpad=0,
+    )
+
+
+def tints(board: Board) -> dict[str, str]:
+    """A colour for each marked character, in order of the characters."""
+    characters = sorted(set(board.cells) - {".", "#"})
+    return {c: board.colours.get(c, TINTS[i % len(TINTS)]) for i, c in enumerate(characters)}
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Returns of episodes over training."""
+
+    name: str
+    x: FloatArray
+    """shape (n,); episodes or environment steps, ascending."""
+    y: FloatArray
+    """shape (n,) or (n_runs, n); return, NaN where there is none."""
+    optimum: float | None = None
+    """exact optimal value, drawn as a dashed line."""
+    learned: FloatArray | None = None
+    """as `y`; exact expected return of the policy learned so far, drawn as the main line if given."""
+
+
+def draw_curves(
+    path: str | os.PathLike[str],
+    curves: Sequence[Curve],
+    *,
+    title: str,
+    x_label: str,
+    y_label: str = "return of an episode (sum of rewards)",
+    window: int = 25,
+) -> Path:
+    """Draw returns over training: the median of a moving window, and the band from its 10th to its 90th percentile.
+
+    Args:
+        path: a .png, .svg or .pdf file.
+        curves: one or several, each with its own colour.
+        title: the heading.
+        x_label: what x is.
+        y_label: what y is.
+        window: points of x in a window; all runs of a curve count.
+
+    Returns:
+        The path that was written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.6, 4.3), facecolor=PAPER, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for curve, colour in zip(curves, LINES * len(curves), strict=False):
+        _curve(axes, curve, colour, window, alone=len(curves) == 1)
+    _limit(axes, curves)
+    axes.set_title(title, loc="left", fontsize=12, fontweight="bold", color=INK, pad=10)
+    axes.set_xlabel(x_label, color=INK)
+    axes.set_ylabel(y_label, color=INK)
+    axes.margins(x=0.01)
+    axes.grid(axis="y", color=RULE, linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=FAINT, labelcolor=INK, labelsize=9)
+    axes.xaxis.set_major_formatter(_thousands)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_color(FAINT)
+    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
+    return _saved(figure, path)
+
+
+def _curve(axes: Axes, curve: Curve, colour: str, window: int, *, alone: bool) -> None:
+    low, middle, high = moving_percentiles(np.atleast_2d(curve.y), window)
+    axes.fill_between(curve.x, low, high, color=colour, alpha=0.15, linewidth=0)
+    prefix = "" if alone else f"{curve.name}: "
+    if curve.learned is None:
+        axes.plot(curve.x, middle, color=colour, linewidth=1.7, label=curve.name)
+    else:
+        axes.plot(curve.x, middle, color=colour, linewidth=0.8, alpha=0.6, label=f"{prefix}episodes while exploring")
+        _, best, _ = moving_percentiles(np.atleast_2d(curve.learned), 1)
+        axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}policy learned so far, exact")
+    if curve.optimum is not None and np.isfinite(curve.optimum):
+        text = f"{prefix}exact optimum, {curve.optimum:.4g}"
+        axes.axhline(curve.optimum, color=colour, linewidth=1.1, linestyle=(0, (5, 3)), label=text)
+
+
+def _limit(axes: Axes, curves: Sequence[Curve]) -> None:
+    """Leave the worst returns of the beginning out of the picture where they would squeeze the rest."""
+    shown = np.concatenate([np.ravel(curve.y) for curve in curves])
+    shown = shown[np.isfinite(shown)]
+    if shown.size:
+        best = max([shown.max(), *(curve.optimum for curve in curves if curve.optimum is not None)])
+        worst = np.percentile(shown, 4)
+        if best > worst:
+            axes.set_ylim(worst - 0.05 * (best - worst), best + 0.08 * (best - worst))
+
+
+def moving_percentiles(y: FloatArray, window: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """10th, 50th and 90th percentile of a window around each point, NaN left out; `y` has shape (n_runs, n)."""
+    n = y.shape[1]
+    half = max(window // 2, 0)
+    rows = np.full((3, n), np.nan)
+    for i in range(n):
+        part = y[:, max(i - half, 0) : i + half + 1]
+        part = part[np.isfinite(part)]
+        if part.size:
+            rows[:, i] = np.percentile(part, (10, 50, 90))
+    return rows[0], rows[1], rows[2]
+
+
+def _thousands(value: float, _: int) -> str:
+    return f"{value:,.0f}".replace(",", " ")
+
+
+def _shortened(text: str, limit: int) -> str:
+    return text if len(text) <= limit else f"{text[: limit - 1]}…"
+
+
+def _saved(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a figure, complete or not at all."""
+    import io
+
+    from ltlc.atomic import atomic_write
+
+    stream = io.BytesIO()
+    suffix = Path(path).suffix.lower().removeprefix(".")
+    metadata = {"Date": None} if suffix == "svg" else {"CreationDate": None} if suffix == "pdf" else {}
+    figure.savefig(stream, format=suffix, dpi=150, metadata=metadata)
+    return atomic_write(path, stream.getvalue())

@@ -1,0 +1,75 @@
+"""The display of a training run while it goes on."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+
+class Display(Protocol):
+    """Called with each row of metrics."""
+
+    def __call__(self, progress: Any) -> None: ...
+
+
+@contextlib.contextmanager
+def training_display(total_steps: int, *, quiet: bool) -> Iterator[Display]:
+    """A live bar on a terminal, about twenty plain lines elsewhere, nothing if quiet."""
+    if quiet:
+        yield lambda progress: None
+    elif sys.stdout.isatty():
+        with _bar(total_steps) as display:
+            yield display
+    else:
+        yield _Lines(total_steps)
+
+
+@contextlib.contextmanager
+def _bar(total_steps: int) -> Iterator[Display]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    columns = (
+        BarColumn(bar_width=24),
+        MofNCompleteColumn(),
+        TextColumn("steps  {task.fields[figures]}"),
+        TextColumn("[dim]{task.fields[left]} left"),
+    )
+    with Progress(*columns, console=Console(highlight=False)) as bars:
+        task = bars.add_task("training", total=total_steps, figures="", left="?")
+
+        def display(progress: Any) -> None:
+            row = progress.row
+            steps = min(row.steps, total_steps)
+            bars.update(task, completed=steps, figures=figures(row), left=clock(progress.seconds_left))
+
+        yield display
+
+
+class _Lines:
+    def __init__(self, total_steps: int) -> None:
+        self.total_steps = total_steps
+        self.next = 0.0
+
+    def __call__(self, progress: Any) -> None:
+        row = progress.row
+        if row.steps < min(self.next, self.total_steps):
+            return
+        self.next = row.steps + self.total_steps / 20
+        print(f"{row.steps:>9} steps  {figures(row)}  {clock(progress.seconds_left)} left", flush=True)
+
+
+def figures(row: Any) -> str:
+    """Return and violations of the episodes that ended since the last row."""
+    if row.episode_return is None:
+        return "return -  violations -"
+    return f"return {row.episode_return:.1f}  violations {row.violations:.2f}"
+
+
+def clock(seconds: float) -> str:
+    """Seconds as minutes:seconds, or hours:minutes:seconds."""
+    minutes, rest = divmod(max(round(seconds), 0), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

@@ -1,0 +1,150 @@
+"""`ltlc reproduce`: the experiments of the thesis, ours and the exact optimum beside it."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from ltlc.cli import flags
+from ltlc.cli.messages import complain
+from ltlc.cli.progress import training_display
+from ltlc.cli.verdicts import number
+from ltlc.errors import InvalidArgumentError
+
+QUICK = 10
+"""part of the steps that --quick makes."""
+
+
+def reproduce(
+    case: Annotated[Literal["case1", "case2", "runtime"], typer.Argument(help="Sections 5.1, 5.2, 5.3 of the thesis.")],
+    static: Annotated[bool, typer.Option("--static", help="Only the static environment (cases 1 and 2).")] = False,
+    dynamic: Annotated[bool, typer.Option("--dynamic", help="Only the dynamic one, labels seen by chance.")] = False,
+    seeds: Annotated[int, typer.Option("--seeds", metavar="N", help="Train with seeds 0 to N-1.")] = 1,
+    quick: Annotated[bool, typer.Option("--quick", help="A tenth of the steps: to see that it works.")] = False,
+    out: Annotated[
+        str | None,
+        typer.Option("--out", "-o", metavar="DIR", help="Where runs and figures go.", show_default="reproduce/CASE"),
+    ] = None,
+    json_: flags.Json = False,
+) -> None:
+    """Run the experiments of the thesis and print its figures beside ours.
+
+    Recorded automata and rewards are those of the thesis; the agent is ours,
+    and every figure of ours is exact, since the worlds are known.
+
+    \b
+    Examples:
+      ltlc reproduce case1
+      ltlc reproduce case2 --dynamic --seeds 5
+      ltlc reproduce runtime --quick
+    """
+    thesis = import_module("ltlc.agents.thesis")
+    if case == "runtime" and (static or dynamic):
+        raise InvalidArgumentError("the run-time comparison has static environments only; leave --static, --dynamic out")
+    if seeds < 1:
+        raise InvalidArgumentError(f"--seeds is {seeds}; at least 1 is needed")
+    folder = Path(out or Path("reproduce") / case)
+    wanted = {"static": static, "dynamic": dynamic} if static != dynamic else {}
+    outcomes: dict[str, list[Any]] = {}
+    for name, experiment in thesis.EXPERIMENTS[case].items():
+        if not wanted.get(name, not wanted):
+            continue
+        steps = experiment.steps // QUICK if quick else experiment.steps
+        for seed in range(seeds):
+            if not json_:
+                print(f"{experiment.title}, seed {seed}: {steps} steps", flush=True)
+            with training_display(steps, quiet=json_) as display:
+                done = thesis.reproduce(experiment, folder / f"{name}-{seed}", seed=seed, steps=steps, callback=display)
+            if done is None:
+                raise typer.Exit(complain("interrupted", code=130))
+            outcomes.setdefault(name, []).append(done)
+    pictures = _draw(thesis, case, folder, outcomes)
+    if json_:
+        print(json.dumps([_values(one) for runs in outcomes.values() for one in runs], indent=2))
+        return
+    _print_table([one for runs in outcomes.values() for one in runs])
+    if case == "runtime":
+        _print_sizes([runs[0] for runs in outcomes.values()])
+    print("Pictures:", *pictures, sep="\n  ")
+
+
+def _draw(thesis: Any, case: str, folder: Path, outcomes: dict[str, list[Any]]) -> list[Path]:
+    pictures = []
+    for name, runs in outcomes.items():
+        figure = {("case1", "static"): "figure-5.2", ("case1", "dynamic"): "figure-5.3"}.get((case, name))
+        path = folder / f"{figure or f'policy-{name}'}.png"
+        pictures.append(thesis.draw_learned(path, runs[0], title=runs[0].experiment.title.capitalize()))
+    path = folder / ("figure-5.4.png" if case == "case2" else "learning.png")
+    title = {"case1": "Case study I", "case2": "Case study II", "runtime": "Run-time comparison"}[case]
+    pictures.append(thesis.draw_learning(path, outcomes, title=title))
+    return pictures
+
+
+def _values(outcome: Any) -> dict[str, Any]:
+    return {
+        "experiment": outcome.experiment.title,
+        "seed": outcome.seed,
+        "thesis_hours": outcome.experiment.hours,
+        "thesis_amec_hours": outcome.experiment.amec_hours,
+        "seconds": outcome.seconds,
+        "nearly_optimal_after_seconds": outcome.nearly_optimal_after,
+        "exact_solution_seconds": outcome.solved_in,
+        **outcome.report.to_dict(),
+    }
+
+
+def _print_table(outcomes: list[Any]) -> None:
+    """A column per run: what the thesis says, what we reached, what is best."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("")
+    for one in outcomes:
+        table.add_column(f"{one.experiment.title}, seed {one.seed}", justify="right")
+    for title, cell in _ROWS:
+        cells = [cell(one) for one in outcomes]
+        if any(cells):
+            table.add_row(title, *cells)
+    Console(highlight=False).print(table)
+
+
+def _pair(name: str) -> Any:
+    return lambda one: f"{number(getattr(one.verdict, name))} / {number(getattr(one.judge.optimum, name))}"
+
+
+_ROWS = (
+    ("thesis: training on a K80, hours", lambda one: number(one.experiment.hours)),
+    ("thesis: end components, hours", lambda one: one.experiment.amec_hours or ""),
+    ("ours: training until within 1 %, seconds", lambda one: number(one.nearly_optimal_after) or "not reached"),
+    ("ours: whole training, seconds", lambda one: f"{one.seconds:.1f}"),
+    ("ours: exact solution, seconds", lambda one: f"{one.solved_in:.2f}"),
+    ("regret at the end", lambda one: f"{max(one.report.regret, 0.0):.2%}"),
+    ("discounted return, learned / optimal", _pair("discounted_return")),
+    ("return of an episode, learned / optimal", _pair("total_return")),
+    ("steps of an episode, learned / optimal", _pair("steps")),
+    ("violations in an episode, learned / optimal", _pair("violations_per_episode")),
+    ("violations per step, learned / optimal", _pair("violations_per_step")),
+    ("acceptances per 1000 steps, learned / optimal", _pair("acceptances_per_1000_steps")),
+    ("P(satisfied): learned / largest", lambda one: f"{number(one.verdict.satisfaction)} / {number(one.judge.maximum.probability)}"),
+)  # fmt: skip
+
+
+def _print_sizes(outcomes: list[Any]) -> None:
+    """Table 5.2 of the thesis: states of the product."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("states of the product", box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("thesis, table 5.2", "all pairs", "reachable while learning"):
+        table.add_column(heading, justify="right")
+    for one in outcomes:
+        pairs = one.judge.reached.size
+        table.add_row(one.experiment.title, str(one.experiment.states), str(pairs), str(one.judge.rewards.n_states))
+    Console(highlight=False).print(table)

@@ -1,0 +1,108 @@
+"""Options of the commands that bring a task and an environment together, and what they mean."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from ltlc.cli.inputs import given_automaton
+from ltlc.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from ltlc.compiler import DRA
+    from ltlc.envs.setting import Setting
+
+
+def _scheme_names(incomplete: str) -> list[str]:
+    from ltlc.rewards import SCHEMES
+
+    return [name for name in SCHEMES if name.startswith(incomplete)]
+
+
+Labels = Annotated[
+    str | None,
+    typer.Option(
+        "--labels",
+        "-l",
+        metavar="MODULE:NAME",
+        help="A function of (observation, info) that returns the names that hold, or a dict of predicates.",
+    ),
+]
+EnvArguments = Annotated[
+    list[str] | None,
+    typer.Option("--env-set", metavar="KEY=VALUE", help="An argument of the environment. May be repeated."),
+]
+EpisodeSteps = Annotated[
+    int | None,
+    typer.Option("--episode-steps", metavar="N", help="Cut episodes after so many steps.", show_default="the env's"),
+]
+InitialLabel = Annotated[
+    Literal["read", "skip"],
+    typer.Option("--initial-label", help="Whether the automaton reads the label of the first observation."),
+]
+Reward = Annotated[
+    str,
+    typer.Option("--reward", "-r", metavar="NAME", help="A scheme from 'ltlc rewards'.", autocompletion=_scheme_names),
+]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the reward scheme. May be repeated."),
+]
+OnDeadlock = Annotated[
+    Literal["stay", "initial", "terminate"] | None,
+    typer.Option("--on-deadlock", help="What follows a violation.", show_default="what the scheme says"),
+]
+
+
+def assignments(texts: Sequence[str] | None, option: str) -> dict[str, Any]:
+    """`key=value` texts as a dict; values are JSON where they can be read so, and text elsewhere.
+
+    Raises:
+        InvalidArgumentError: one has no `=`.
+    """
+    values = {}
+    for text in texts or ():
+        key, equals, value = text.partition("=")
+        if not equals or not key:
+            raise InvalidArgumentError(f"{option} {text!r}: expected KEY=VALUE")
+        try:
+            values[key.replace("-", "_")] = json.loads(value)
+        except ValueError:
+            values[key.replace("-", "_")] = value
+    return values
+
+
+def automaton_of(source: str, acceptance: Literal["state", "transition"], translator: str) -> DRA:
+    """The automaton in a file, or compiled from a formula."""
+    from ltlc.compiler import compile
+
+    given = given_automaton(source)
+    return compile(given, acceptance=acceptance, translator=translator) if isinstance(given, str) else given
+
+
+def setting_of(
+    env: str,
+    labels: str | None,
+    arguments: Sequence[str] | None,
+    episode_steps: int | None = None,
+    initial_label: Literal["read", "skip"] = "read",
+) -> Setting:
+    """The environment that the options describe."""
+    from ltlc.envs.setting import Setting
+
+    return Setting(
+        env=env,
+        arguments=assignments(arguments, "--env-set"),
+        labels=labels,
+        max_episode_steps=episode_steps,
+        initial_label=initial_label,
+    )
+
+
+def command_line(*words: str) -> str:
+    """Words as a shell takes them."""
+    return shlex.join(words)

@@ -1,0 +1,120 @@
+"""`ltlc solve`: the exact answer, where the environment is known."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ltlc.cli import flags, setting
+from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from ltlc.envs.setting import Setting
+    from ltlc.mdp.verdict import Judge
+    from ltlc.task import Task
+
+
+def solve(
+    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
+    env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
+    labels: setting.Labels = None,
+    env_set: setting.EnvArguments = None,
+    initial_label: setting.InitialLabel = "read",
+    reward: setting.Reward = "thesis",
+    set_: setting.Parameters = None,
+    gamma: Annotated[
+        float | None, typer.Option("--gamma", metavar="X", help="Short for --set gamma=X.", show_default="the scheme's")
+    ] = None,
+    on_deadlock: setting.OnDeadlock = None,
+    acceptance: flags.Acceptance = "state",
+    translator: flags.Translator = "auto",
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Draw the policy that is optimal for the rewards."),
+    ] = None,
+    json_: flags.Json = False,
+) -> None:
+    """Compute what is possible in a known environment, without learning.
+
+    The largest probability of satisfying the formula, with proved bounds; the
+    largest return of the rewards; and how probably a policy that is optimal
+    for the rewards satisfies the formula.
+
+    \b
+    Examples:
+      ltlc solve "F goal & G !hole" --env FrozenLake-v1 --labels lake:labels
+      ltlc solve "F(A & F B) & G !C" --env ltlc/Thesis10x10-v0 --reward zeta-reach -o policy.png
+    """
+    from ltlc.mdp.verdict import Judge
+    from ltlc.rewards import get_scheme
+    from ltlc.task import Task
+
+    parameters = setting.assignments(set_, "--set") | ({} if gamma is None else {"gamma": gamma})
+    scheme = get_scheme(reward, **parameters)
+    task = Task(setting.automaton_of(formula, acceptance, translator), scheme, on_deadlock=on_deadlock)
+    place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
+    if place.model is None:
+        raise InvalidArgumentError(
+            f"the dynamics of {env} are not known: it is no grid world and has no transition table P; train an agent "
+            "with ltlc train, and judge it by episodes with ltlc evaluate"
+        )
+    judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
+    if output is not None:
+        _draw(Path(output), place, task, judge, reward)
+    if json_:
+        print(json.dumps(_values(judge), ensure_ascii=False, indent=2))
+        return
+    from ltlc.cli.messages import complain
+
+    print(f"{task.formula or 'an automaton without a formula'} in {env}: {judge.rewards.n_states} product states")
+    print(maximum_text(judge))
+    if judge.optimum is None:
+        complain(f"warning: the rewards {reward!r} can be collected for ever without a discount: no optimal return")
+        return
+    print_figures(_lines(judge), (f"optimal for the rewards '{reward}'", ""))
+    if output is not None:
+        print(f"The policy is in {output}.")
+
+
+def _lines(judge: Judge) -> list[tuple[str, Any, Any]]:
+    lines = import_module("ltlc.agents.report").exact_lines(judge.optimum, None)
+    return [tuple(line) for line in lines]
+
+
+def _values(judge: Judge) -> dict[str, Any]:
+    """The answer as JSON values; infinities as text."""
+    optimum = None if judge.optimum is None else dataclasses.asdict(judge.optimum)
+    if optimum is not None:
+        optimum = {key: str(x) if abs(x) == float("inf") or x != x else x for key, x in optimum.items()}
+    maximum = judge.maximum
+    return {
+        "maximum_satisfaction": [maximum.lower, maximum.probability, maximum.upper],
+        "optimal": optimum,
+        "product_states": judge.rewards.n_states,
+    }
+
+
+def _draw(path: Path, place: Setting, task: Task, judge: Judge, reward: str) -> None:
+    pictures = import_module("ltlc.agents.pictures")
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InvalidArgumentError(f"{path}: the suffix must be .png, .svg or .pdf")
+    board = pictures.board_of(place.single)
+    if board is None or judge.optimal_policy is None:
+        raise InvalidArgumentError(f"{place.env} has no map to draw a policy on; leave -o out")
+    pictures.draw_policy(
+        path,
+        board,
+        judge.optimal_policy,
+        task.automaton,
+        task.tables,
+        title=task.formula or "policy",
+        subtitle=f"optimal in {place.env} for the rewards '{reward}'",
+        reached=judge.reached,
+        classes=judge.letter_classes,
+    )

@@ -1,0 +1,167 @@
+"""`ltlc train`: an agent learns a task."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from ltlc.cli import flags, setting
+from ltlc.cli.messages import complain
+from ltlc.cli.progress import training_display
+from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.errors import InvalidArgumentError, UnknownNameError
+
+if TYPE_CHECKING:
+    from ltlc.automata import RabinAutomaton
+
+PRESETS = ("default", "thesis")
+
+
+def train(
+    formula: Annotated[
+        str | None, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or - to read one.")
+    ] = None,
+    env: Annotated[
+        str | None, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")
+    ] = None,
+    labels: setting.Labels = None,
+    env_set: setting.EnvArguments = None,
+    episode_steps: setting.EpisodeSteps = None,
+    initial_label: setting.InitialLabel = "read",
+    reward: setting.Reward = "thesis",
+    set_: setting.Parameters = None,
+    on_deadlock: setting.OnDeadlock = None,
+    acceptance: flags.Acceptance = "state",
+    translator: flags.Translator = "auto",
+    steps: Annotated[int, typer.Option("--steps", "-n", metavar="N", help="Environment steps in all.")] = 300_000,
+    num_envs: Annotated[
+        int | None,
+        typer.Option("--num-envs", metavar="N", help="Environments stepped together.", show_default="64, thesis 1"),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of everything that is random.")] = 0,
+    device: Annotated[str, typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...")] = "cpu",
+    config: Annotated[
+        Literal["default", "thesis"], typer.Option("--config", "-c", help="Hyperparameters to start from.")
+    ] = "default",
+    agent: Annotated[
+        list[str] | None,
+        typer.Option("--agent", metavar="KEY=VALUE", help="A hyperparameter, such as batch_size=64. May be repeated."),
+    ] = None,
+    out: Annotated[
+        str | None,
+        typer.Option("--out", "-o", metavar="DIR", help="The run folder.", show_default="runs/TASK-ENV-SEED"),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in the folder.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the run in the folder.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")] = False,
+    json_: flags.Json = False,
+) -> None:
+    """Train an agent to satisfy a formula in an environment, and judge it.
+
+    The run folder gets the configuration, metrics, checkpoints, the automaton,
+    the policy, a verdict and pictures. Ctrl-C stops cleanly; --resume goes on.
+
+    \b
+    Examples:
+      ltlc train "F(A & F B) & G !C" --env ltlc/Thesis10x10-v0
+      ltlc train "F goal & G !hole" --env FrozenLake-v1 --labels lake:labels --reward zeta-discount
+      ltlc train --resume --out runs/f-a-f-b-g-c-thesis10x10-v0-0
+    """
+    agents = import_module("ltlc.agents")
+    folders = import_module("ltlc.agents.run_folder")
+    if formula is None or env is None:
+        if not resume or out is None:
+            raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
+        run = folders.RunFolder.open(out)
+    else:
+        automaton = setting.automaton_of(formula, acceptance, translator)
+        hyperparameters = _hyperparameters(agents, config, agent, steps=steps, seed=seed, device=device)
+        wanted = folders.RunConfig(
+            setting=setting.setting_of(env, labels, env_set, episode_steps, initial_label),
+            reward=reward,
+            parameters=setting.assignments(set_, "--set"),
+            on_deadlock=on_deadlock,
+            num_envs=num_envs or (1 if config == "thesis" else 64),
+            agent=hyperparameters,
+        )
+        folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed)
+        run = _opened(folders, folder, wanted, automaton) if resume else None
+        if run is None:
+            folders.RunFolder(folder, wanted, automaton).vector_env().close()  # errors come before anything is written
+            run = folders.RunFolder.create(folder, wanted, automaton, force=force)
+    raise typer.Exit(_train(run, resume, quiet or json_, json_))
+
+
+def _hyperparameters(agents: Any, preset: str, changes: list[str] | None, *, steps: int, seed: int, device: str) -> Any:
+    values = setting.assignments(changes, "--agent")
+    given: dict[str, Any] = {"total_steps": steps, "seed": seed, "device": device}
+    given |= {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, 1_000), **values}
+    base = agents.DQNConfig.thesis() if preset == "thesis" else agents.DQNConfig()
+    return agents.DQNConfig.from_dict(base.to_dict() | given)
+
+
+def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
+    """The run in the folder, if there is one and it is the one that is wanted; None if there is none."""
+    if not (folder / folders.CONFIG_FILE).exists():
+        return None
+    run = folders.RunFolder.open(folder)
+    before, now = run.config.to_dict(), wanted.to_dict()
+    for values in (before, now):
+        del values["ltlc"]
+        values["agent"] = {key: value for key, value in values["agent"].items() if key not in ("device", "threads")}
+    changed = [key for key in now if json.loads(json.dumps(now[key])) != before[key]]
+    if changed or run.automaton.to_json() != _like(run.automaton, automaton).to_json():
+        what = ", ".join(changed) or "formula"
+        raise InvalidArgumentError(
+            f"the run in {folder} has another {what}; go on with it by ltlc train --resume --out {folder}, or give "
+            "another folder"
+        )
+    return run
+
+
+def _like(one: Any, automaton: RabinAutomaton) -> Any:
+    return type(one).of(automaton)
+
+
+def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
+    conclude = import_module("ltlc.agents.conclude")
+    reports = import_module("ltlc.agents.report")
+    total = run.config.agent.total_steps
+    if not quiet:
+        print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
+        judge = reports.make_judge(run.config.setting, run.task)
+        if judge is not None:
+            print(maximum_text(judge))
+    with training_display(total, quiet=quiet) as display:
+        result = run.train(resume=resume, callback=display)
+    if result.interrupted:
+        again = setting.command_line("ltlc", "train", "--resume", "--out", str(run.path))
+        return complain(
+            f"interrupted after {result.steps} of {total} steps; the checkpoint of step {result.saved_steps} is in "
+            f"{run.path}. Go on with: {again}",
+            code=130,
+        )
+    verdict = conclude.judge_run(run, result.agent)
+    values = {"steps": result.steps, "seconds": round(result.seconds, 3), **verdict.to_dict()}
+    run.write_result(values)
+    pictures = conclude.draw_run(run, result.agent, verdict.judge)
+    if json_:
+        print(json.dumps({"folder": str(run.path), **values}, ensure_ascii=False, indent=2))
+    elif not quiet:
+        print(f"{result.steps} steps in {result.seconds:.1f} s")
+        print_figures(verdict.lines(), headings(verdict))
+        print(f"Pictures: {', '.join(map(str, pictures))}")
+    return 0
+
+
+def headings(verdict: Any) -> tuple[str, str]:
+    """The columns of a report."""
+    return ("learned", "optimal for the rewards") if verdict.exact else ("learned, with 95 % interval", "")
+
+
+def _unknown_preset(name: str) -> UnknownNameError:
+    return UnknownNameError("preset", name, PRESETS)

@@ -1,0 +1,54 @@
+"""Verdicts for a person: what was learned and what is best, side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ltlc.mdp.verdict import Judge
+
+
+def number(value: Any) -> str:
+    """A figure, or an interval, in a few characters."""
+    if value is None:
+        return ""
+    if not isinstance(value, float | int):  # an estimate
+        return f"{number(value.value)}  [{number(value.low)}, {number(value.high)}]"
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    if math.isnan(value):
+        return "undefined"
+    if value == int(value) and abs(value) < 1e6:
+        return str(int(value))
+    return f"{value:.1f}" if abs(value) >= 100 else f"{value:.4g}"
+
+
+def print_figures(lines: Sequence[tuple[str, Any, Any]], headings: Sequence[str]) -> None:
+    """Print a row per figure; columns without any entry are left out."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    columns = [column for column in range(1, 3) if any(line[column] is not None for line in lines)]
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("")
+    for column in columns:
+        table.add_column(headings[column - 1], justify="right")
+    for line in lines:
+        table.add_row(line[0], *(number(line[column]) for column in columns))
+    Console(highlight=False).print(table)
+
+
+def maximum_text(judge: Judge) -> str:
+    """Pmax with its bounds, and what that means for learning."""
+    maximum = judge.maximum
+    value = maximum.probability
+    if value == 0:
+        return (
+            "The largest probability of satisfying the formula here is 0, whatever the policy: a violation, or never "
+            "accepting again, is certain in the long run. The rewards are optimised all the same."
+        )
+    bounds = "" if maximum.lower == maximum.upper else f", between {maximum.lower:.9g} and {maximum.upper:.9g}"
+    return f"The largest probability of satisfying the formula here is {value:.6g}{bounds}."

@@ -1,0 +1,232 @@
+"""Environments by name, as the command line gives them: made, labelled, vectorised, and as exact models."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import gymnasium as gym
+from gymnasium.vector import VectorEnv
+
+from ltlc.envs.labels import LabelFunction, LabelSource, labeller_for
+from ltlc.envs.registration import register_envs
+from ltlc.envs.tabular import labelled_mdp
+from ltlc.envs.vector_wrapper import LTLVectorWrapper
+from ltlc.envs.wrapper import InitialLabel
+from ltlc.errors import InvalidArgumentError, LtlcError, MissingProgramError, UnknownNameError
+from ltlc.mdp import LabelledMDP
+from ltlc.task import Task
+
+EPISODE_STEPS = 500
+"""limit on the length of training episodes in environments that have none of their own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """Where a task is learned: an environment by name, its labels, and where its episodes are cut.
+
+    Nothing is made until it is asked for.
+    """
+
+    env: str
+    """a name in Gymnasium's registry; `module:Name-v0` imports the module first."""
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    """for the constructor of the environment."""
+    labels: str | None = None
+    """`module:name` of a function of (observation, info) of a single environment, or of a dict of predicates; None for
+    an environment that labels itself."""
+    max_episode_steps: int | None = None
+    """limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it has none."""
+    initial_label: InitialLabel = "read"
+    """whether the label of the first observation is read."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields as JSON values."""
+        return asdict(self) | {"arguments": dict(self.arguments)}
+
+    @cached_property
+    def single(self) -> gym.Env[Any, Any]:
+        """One environment, without a task.
+
+        Raises:
+            UnknownNameError: there is no such environment.
+            InvalidArgumentError: it does not take these arguments.
+            MissingProgramError: it needs a package that is not installed.
+        """
+        return _made(self._spec, dict(self.arguments))
+
+    @cached_property
+    def label_source(self) -> LabelSource:
+        """What labels a single environment, with its vocabulary declared where that can be known; or None.
+
+        Raises:
+            InvalidArgumentError: the environment has no labels and none are given, or they cannot be loaded.
+        """
+        if self.labels is None:
+            _check_labels_itself(self.single, self.env)
+            return None
+        source = find_labels(self.labels)
+        if not isinstance(source, Mapping) and not hasattr(source, "propositions"):
+            model = self._model_of(source)
+            if model is not None:
+                return LabelFunction(source, model.aps)
+        return source
+
+    @cached_property
+    def model(self) -> LabelledMDP | None:
+        """The exact model of the environment, or None where its dynamics are not known."""
+        return self._model_of(self.label_source)
+
+    def vector(self, task: Task, num_envs: int) -> LTLVectorWrapper:
+        """Many environments with the task around them.
+
+        Raises:
+            UnknownNameError: the formula speaks of something that no label produces, or the reverse.
+            InvalidArgumentError: the environment, its arguments and labels do not go together.
+        """
+        if num_envs < 1:
+            raise InvalidArgumentError(f"{num_envs} environments; at least 1 is needed")
+        limit = self.max_episode_steps
+        if limit is None and self._spec.max_episode_steps is None:
+            limit = EPISODE_STEPS
+        arguments = dict(self.arguments) | ({} if limit is None else {"max_episode_steps": limit})
+        source = self.label_source
+        if source is None and self._spec.vector_entry_point is not None:
+            envs = _made(self._spec, arguments, num_envs)
+        else:
+            wrappers = [] if source is None else [_Labelled.around(source, task.aps)]
+            envs = _made(self._spec, arguments, num_envs, vectorization_mode="sync", wrappers=wrappers)
+        return LTLVectorWrapper(envs, task, initial_label=self.initial_label)
+
+    @cached_property
+    def _spec(self) -> gym.envs.registration.EnvSpec:
+        register_envs()
+        module, _, name = self.env.rpartition(":")
+        if module:
+            _imported(module, f"the environment {self.env!r}")
+        if name not in gym.registry:
+            raise UnknownNameError("environment", name, gym.registry)
+        return gym.registry[name]
+
+    def _model_of(self, source: LabelSource) -> LabelledMDP | None:
+        base = self.single.unwrapped
+        if not hasattr(base, "layout") and getattr(base, "P", None) is None:
+            return None
+        try:
+            return labelled_mdp(self.single, source)
+        except LtlcError:
+            raise
+        except Exception as error:
+            what = f"{type(error).__name__}: {error}"
+            raise InvalidArgumentError(f"--labels {self.labels} fails on a state of {self.env} ({what})") from error
+
+
+class _Labelled(gym.Wrapper[Any, Any, Any, Any]):
+    """Puts the letter of each observation into `info["labels"]`."""
+
+    def __init__(self, env: gym.Env[Any, Any], source: LabelSource, aps: tuple[str, ...]) -> None:
+        super().__init__(env)
+        declared = isinstance(source, Mapping) or hasattr(source, "propositions")
+        self.labeller = labeller_for(source, aps, env, "ignore" if declared else "error")
+        self.propositions = aps
+
+    @classmethod
+    def around(cls, source: LabelSource, aps: tuple[str, ...]) -> Callable[[gym.Env[Any, Any]], gym.Env[Any, Any]]:
+        return lambda env: cls(env, source, aps)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.env.reset(seed=seed, options=options)
+        return observation, {**info, "labels": self.labeller.letter(observation, info)}
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        return observation, reward, terminated, truncated, {**info, "labels": self.labeller.letter(observation, info)}
+
+
+def find_labels(name: str) -> Any:
+    """The function or dict of predicates that `module:name` means; modules of the current folder come first.
+
+    `path/to/file.py:name` works, too.
+
+    Raises:
+        InvalidArgumentError: no such module, it fails when it is imported, or it holds something else by that name.
+        UnknownNameError: the module has nothing of that name.
+    """
+    place, colon, attribute = name.rpartition(":")
+    if not colon or not place or not attribute:
+        raise InvalidArgumentError(
+            f"labels {name!r}: expected module:function, such as my_labels:labels for the function labels in my_labels.py"
+        )
+    module = _imported(place, f"labels {name!r}")
+    found = getattr(module, attribute, None)
+    if found is None:
+        known = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
+        raise UnknownNameError(f"name in {place}:", attribute, known)
+    if not callable(found) and not isinstance(found, Mapping):
+        raise InvalidArgumentError(
+            f"labels {name!r}: {attribute} is {found!r}; expected a function of (observation, info), or a dict of predicates"
+        )
+    return found
+
+
+def _imported(place: str, purpose: str) -> ModuleType:
+    try:
+        if place.endswith(".py"):
+            return _from_file(Path(place))
+        sys.path.insert(0, os.getcwd())
+        try:
+            return importlib.import_module(place)
+        finally:
+            sys.path.pop(0)
+    except (FileNotFoundError, ModuleNotFoundError) as error:
+        if (
+            isinstance(error, ModuleNotFoundError)
+            and error.name != place.split(".", maxsplit=1)[0]
+            and error.name != place
+        ):
+            raise InvalidArgumentError(f"{purpose}: importing {place} fails ({error})") from error
+        raise InvalidArgumentError(
+            f"{purpose}: there is no module {place} here in {os.getcwd()}, nor installed"
+        ) from error
+    except Exception as error:  # the module is the user's, so anything may happen
+        raise InvalidArgumentError(f"{purpose}: importing {place} fails ({type(error).__name__}: {error})") from error
+
+
+def _from_file(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise FileNotFoundError(path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _made(spec: Any, arguments: dict[str, Any], num_envs: int | None = None, **options: Any) -> Any:
+    """The environment of a spec, or a vector of them; what goes wrong in it becomes one of our errors."""
+    try:
+        if num_envs is None:
+            return gym.make(spec, **arguments)
+        envs: VectorEnv[Any, Any, Any] = gym.make_vec(spec, num_envs=num_envs, **options, **arguments)
+        return envs
+    except LtlcError:
+        raise
+    except gym.error.DependencyNotInstalled as error:
+        raise MissingProgramError(f"{spec.id}: {error}") from error
+    except Exception as error:  # the environment is the user's, so anything may happen
+        raise InvalidArgumentError(f"{spec.id} cannot be made ({type(error).__name__}: {error})") from error
+
+
+def _check_labels_itself(env: gym.Env[Any, Any], name: str) -> None:
+    if not env.has_wrapper_attr("propositions") and "labels" not in env.reset(seed=0)[1]:
+        raise InvalidArgumentError(
+            f"{name} says nothing about propositions; give them with --labels module:function, where the function takes "
+            "(observation, info) of one environment and returns the set of names that hold"
+        )

@@ -1,0 +1,196 @@
+"""Everything exact that can be said of a policy, in one value; and the same of the best policies, to compare with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.automata.rabin import RabinAutomaton
+from ltlc.errors import InvalidArgumentError
+from ltlc.mdp.explicit import IntArray
+from ltlc.mdp.measures import (
+    acceptances_per_1000_steps,
+    expected_return,
+    expected_steps,
+    expected_violations,
+    first_acceptance,
+    from_start,
+    optimal_return,
+    violations_per_step,
+)
+from ltlc.mdp.model import LabelledMDP
+from ltlc.mdp.product import Product, RewardColumns, RewardProduct
+from ltlc.mdp.satisfaction import MaxSatisfaction, max_satisfaction_probability, satisfaction_probability
+from ltlc.mdp.unfolding import InitialLabel, input_probability
+from ltlc.mdp.value_iteration import Solution
+
+
+class RefinedColumns(RewardColumns, Protocol):
+    """Reward columns whose states refine those of an automaton."""
+
+    @property
+    def automaton_state(self) -> npt.NDArray[Any]:
+        """The automaton's state behind each table state, shape (n_states,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class PolicyVerdict:
+    """What a policy does, exactly; episodes end where the task or the environment ends them."""
+
+    satisfaction: float
+    """probability that the word of an endless run satisfies the formula, in [0, 1]; a violation is final."""
+    discounted_return: float
+    """expected return of an episode with the discounts of the reward scheme."""
+    total_return: float
+    """expected sum of rewards of an episode; -inf or inf where it may go on for ever."""
+    steps: float
+    """expected steps of an episode; inf where it may go on for ever."""
+    violations_per_episode: float
+    """expected violations in an episode; inf where they may recur for ever."""
+    violations_per_step: float
+    """violations per step in the long run."""
+    first_acceptance_probability: float
+    """probability that an episode has an accepting step, in [0, 1]."""
+    first_acceptance_steps: float
+    """expected number of the first accepting step, counted from 1; inf where it may never come."""
+    acceptances_per_1000_steps: float
+    """accepting steps per 1000 steps in the long run."""
+
+
+class Judge:
+    """Judges policies of one task in one known environment; what does not depend on the policy is computed once.
+
+    A policy is an action for each pair of environment and table state, int, shape (n_mdp_states, n_table_states).
+
+    Args:
+        mdp: the environment.
+        automaton: of the task.
+        tables: of the reward scheme; their states may refine those of the automaton.
+        initial_label: whether the automaton reads the label of the first state.
+
+    Attributes:
+        rewards: the product with the reward tables: what an agent experiences.
+        words: the product with the automaton: what decides satisfaction.
+
+    Raises:
+        UnknownNameError: the automaton has a proposition that the environment does not label.
+    """
+
+    def __init__(
+        self,
+        mdp: LabelledMDP,
+        automaton: RabinAutomaton,
+        tables: RefinedColumns,
+        *,
+        initial_label: InitialLabel = "read",
+    ) -> None:
+        self.rewards = RewardProduct(mdp, tables, initial_label=initial_label)
+        self.words = Product(mdp, refined_automaton(automaton, tables), initial_label=initial_label)
+
+    @cached_property
+    def maximum(self) -> MaxSatisfaction:
+        """The maximum satisfaction probability, with bounds."""
+        return max_satisfaction_probability(self.words)
+
+    @cached_property
+    def value(self) -> float | None:
+        """The largest expected return, discounted as the scheme says; None where it has no finite value."""
+        return None if self._solution is None else from_start(self.rewards.initial, self._solution.value)
+
+    @cached_property
+    def optimal_policy(self) -> IntArray | None:
+        """A policy that attains `value`; 0 where nothing is to be decided."""
+        if self._solution is None:
+            return None
+        pairs = np.zeros(self.reached.shape, dtype=np.int64)
+        pairs[self.rewards.mdp_state, self.rewards.machine_state] = self._solution.policy
+        return pairs
+
+    @cached_property
+    def optimum(self) -> PolicyVerdict | None:
+        """The verdict on `optimal_policy`."""
+        return None if self.optimal_policy is None else self.judge(self.optimal_policy)
+
+    @cached_property
+    def _solution(self) -> Solution | None:
+        try:
+            return optimal_return(self.rewards)
+        except InvalidArgumentError:  # undiscounted pay for ever
+            return None
+
+    def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
+        """The verdict on a policy.
+
+        Raises:
+            InvalidArgumentError: it is of another shape.
+        """
+        given = np.asarray(policy)
+        rewards, lifted = self.rewards, self.rewards.lift(given)
+        sink = np.zeros((len(given), 1), dtype=given.dtype)  # after a violation nothing matters any more
+        first = first_acceptance(rewards, lifted)
+        return PolicyVerdict(
+            satisfaction=satisfaction_probability(self.words, self.words.lift(np.hstack((given, sink)))).probability,
+            discounted_return=expected_return(rewards, lifted),
+            total_return=expected_return(rewards, lifted, discount=1.0),
+            steps=expected_steps(rewards, lifted),
+            violations_per_episode=expected_violations(rewards, lifted),
+            violations_per_step=violations_per_step(rewards, lifted),
+            first_acceptance_probability=first.probability,
+            first_acceptance_steps=first.steps,
+            acceptances_per_1000_steps=acceptances_per_1000_steps(rewards, lifted),
+        )
+
+    def regret(self, policy: npt.ArrayLike) -> float | None:
+        """What a policy loses in discounted return, as a part of the optimum; 0 is optimal, None: there is none."""
+        if self.value is None:
+            return None
+        value = expected_return(self.rewards, self.rewards.lift(policy))
+        return (self.value - value) / (abs(self.value) or 1.0)
+
+    @property
+    def reached(self) -> npt.NDArray[np.bool_]:
+        """Which pairs some policy visits while learning, shape (n_mdp_states, n_table_states)."""
+        product = self.rewards
+        reached = np.zeros((product.mdp.n_states, len(np.asarray(product.tables.next_state))), dtype=np.bool_)
+        reached[product.mdp_state, product.machine_state] = True
+        return reached
+
+    @property
+    def letter_classes(self) -> IntArray:
+        """The letter classes of the tables that can occur in the environment, ascending."""
+        tables = self.rewards.tables
+        inputs = input_probability(self.rewards.mdp, tuple(tables.aps), np.asarray(tables.letter_class))
+        return np.unique(inputs.indices)
+
+
+def refined_automaton(automaton: RabinAutomaton, tables: RefinedColumns) -> RabinAutomaton:
+    """The automaton with the states of reward tables, and one more, the last, that every violation leads to.
+
+    It accepts the same words; a policy on table states is one on its states.
+    """
+    behind = np.asarray(tables.automaton_state)
+    violated = np.asarray(tables.violated, dtype=np.bool_)
+    n, n_classes = violated.shape
+    delta = np.full((n + 1, n_classes), n, dtype=np.int32)
+    delta[:n] = np.where(violated, n, tables.next_state)
+
+    def marks(edge_marks: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        table = np.zeros((len(edge_marks), n + 1, n_classes), dtype=np.bool_)
+        table[:, :n] = edge_marks[:, behind] & ~violated
+        return table
+
+    return replace(
+        automaton,
+        delta=delta,
+        letter_class=np.asarray(tables.letter_class, dtype=np.int32),
+        fin=marks(automaton.edge_fin),
+        inf=marks(automaton.edge_inf),
+        initial_state=int(tables.initial_state),
+        acceptance="transition",
+        state_names=None,
+    )
