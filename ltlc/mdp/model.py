@@ -125,7 +125,7 @@ class LabelledMDP:
         start = np.concatenate(([0], np.cumsum(available.sum(axis=1)))).astype(np.int32)
         action = np.nonzero(available)[1].astype(np.int32)
         # where each choice begins is known beforehand, so that every action can be put in place by itself
-        length = np.stack([np.diff(matrix.indptr) for matrix in self.transitions], axis=1)[available]
+        length: IntArray = np.stack([np.diff(matrix.indptr) for matrix in self.transitions], axis=1)[available]
         total = int(length.sum(dtype=np.int64))
         pointers = np.concatenate(([0], np.cumsum(length))).astype(np.int32 if total < 2**31 else np.int64)
         indices, data = np.empty(total, dtype=np.int32), np.empty(total)
