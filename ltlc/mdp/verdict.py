@@ -123,18 +123,26 @@ class Judge:
         except InvalidArgumentError:  # undiscounted pay for ever
             return None
 
+    def satisfaction(self, policy: npt.ArrayLike) -> float:
+        """The probability that the word of an endless run satisfies the formula; a violation is final.
+
+        Raises:
+            InvalidArgumentError: the policy is of another shape.
+        """
+        given = np.asarray(policy)
+        sink = np.zeros((len(given), 1), dtype=given.dtype)  # after a violation nothing matters any more
+        return satisfaction_probability(self.words, self.words.lift(np.hstack((given, sink)))).probability
+
     def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
         """The verdict on a policy.
 
         Raises:
             InvalidArgumentError: it is of another shape.
         """
-        given = np.asarray(policy)
-        rewards, lifted = self.rewards, self.rewards.lift(given)
-        sink = np.zeros((len(given), 1), dtype=given.dtype)  # after a violation nothing matters any more
+        rewards, lifted = self.rewards, self.rewards.lift(policy)
         first = first_acceptance(rewards, lifted)
         return PolicyVerdict(
-            satisfaction=satisfaction_probability(self.words, self.words.lift(np.hstack((given, sink)))).probability,
+            satisfaction=self.satisfaction(policy),
             discounted_return=expected_return(rewards, lifted),
             total_return=expected_return(rewards, lifted, discount=1.0),
             steps=expected_steps(rewards, lifted),
