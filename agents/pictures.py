@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-IntArray = npt.NDArray[np.int64]
+IntArray = npt.NDArray[np.integer[Any]]
 BoolArray = npt.NDArray[np.bool_]
 FloatArray = npt.NDArray[np.float64]
 
@@ -198,10 +198,11 @@ def _restricted(automaton: RabinAutomaton, classes: IntArray) -> RabinAutomaton:
     """The automaton on some letter classes; what it does on other letters means nothing."""
     number = np.zeros(automaton.n_classes, dtype=np.int32)
     number[classes] = np.arange(len(classes))
-    marks = {"fin": automaton.fin, "inf": automaton.inf}
+    fin, inf = automaton.fin, automaton.inf
     if automaton.acceptance == "transition":
-        marks = {name: table[:, :, classes] for name, table in marks.items()}
-    return replace(automaton, delta=automaton.delta[:, classes], letter_class=number[automaton.letter_class], **marks)
+        fin, inf = fin[:, :, classes], inf[:, :, classes]
+    letter_class = number[automaton.letter_class]
+    return replace(automaton, delta=automaton.delta[:, classes], letter_class=letter_class, fin=fin, inf=inf)
 
 
 def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: float) -> None:
@@ -268,8 +269,9 @@ def _legend(figure: Figure, board: Board, left: float, size: tuple[float, float]
         entries.append((Line2D([], [], marker="o", linestyle="", color=ARROW, markersize=4), "stay"))
     if some_never:
         entries.append((Patch(facecolor=NEVER, edgecolor=RULE), "never reached"))
-    longest = max(len(text) for _, text in entries)
-    per_row = max(1, min(len(entries), int((size[0] - left) / (0.42 + 0.075 * longest))))
+    widths = [0.42 + 0.075 * len(text) for _, text in entries]
+    room = size[0] - left
+    per_row = len(entries) if sum(widths) <= room else max(1, int(room / max(widths)))
     figure.legend(
         [handle for handle, _ in entries],
         [text for _, text in entries],
@@ -351,7 +353,18 @@ def draw_curves(
         axes.spines[side].set_visible(False)
     for side in ("left", "bottom"):
         axes.spines[side].set_color(FAINT)
-    axes.legend(frameon=False, fontsize=9, labelcolor=INK, loc="lower right")
+    handles, texts = axes.get_legend_handles_labels()
+    n_columns = -(-len(texts) // max(len(curves), 1)) if len(texts) > 3 else len(texts)
+    order = [i for column in range(n_columns) for i in range(column, len(texts), n_columns)]  # rows: one per curve
+    figure.legend(
+        [handles[i] for i in order],
+        [texts[i] for i in order],
+        loc="outside lower center",
+        ncols=max(n_columns, 1),
+        frameon=False,
+        fontsize=8.5,
+        labelcolor=INK,
+    )
     return _saved(figure, path)
 
 
@@ -394,7 +407,7 @@ def moving_percentiles(y: FloatArray, window: int) -> tuple[FloatArray, FloatArr
     return rows[0], rows[1], rows[2]
 
 
-def _thousands(value: float, _: int) -> str:
+def _thousands(value: float, _: float) -> str:
     return f"{value:,.0f}".replace(",", " ")
 
 

@@ -178,7 +178,8 @@ class RunFolder:
         """
         if not (self.path / POLICY_FILE).exists():
             raise InvalidArgumentError(
-                f"{self.path} holds no policy yet: its training was killed; go on with ltlc train --resume --out {self.path}"
+                f"{self.path} holds no policy yet, since its training was killed; go on with it first: "
+                f"ltlc train --resume --out {self.path}"
             )
         agent = DoubleDQN.load(self.path / POLICY_FILE)
         if agent.tables.next_state.shape != self.task.tables.next_state.shape:

@@ -157,9 +157,7 @@ def reproduce(
     run.write_result({"steps": result.steps, "seconds": result.seconds, **report.to_dict()})
     run.draw_automaton()
     curves = (np.array(column, dtype=np.float64) for column in (watch.episodes, watch.returns, watch.greedy))
-    return Outcome(
-        experiment, seed, run, report, result.seconds - watch.paused, watch.reached, solved_in, *curves
-    )
+    return Outcome(experiment, seed, run, report, result.seconds - watch.paused, watch.reached, solved_in, *curves)
 
 
 class _Watch:
@@ -228,4 +226,3 @@ def _interpolated(x: FloatArray, known: FloatArray, y: FloatArray) -> FloatArray
 def _optimal_return(outcome: Outcome) -> float:
     assert outcome.judge.optimum is not None
     return outcome.judge.optimum.total_return
-

@@ -88,8 +88,8 @@ def train(
 
     Training is cut into legs of `checkpoint_every` steps. Each begins with an environment reset from a seed of its own
     and ends with a checkpoint. So the result depends on the configuration alone, not on whether the run was killed and
-    resumed from a checkpoint, as long as the environment is deterministic given its seed. For the same reason Ctrl-C gives
-    up what the leg under way has done.
+    resumed from a checkpoint, as long as the environment is deterministic given its seed. For the same reason Ctrl-C
+    gives up what the leg under way has done.
 
     Args:
         env: the environment; it is not closed.

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ltlc.envs import LTLVectorWrapper, LTLWrapper
     from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
     from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
+    from ltlc.many import compile_many
     from ltlc.task import Task
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "Task",
     "__version__",
     "compile",
+    "compile_many",
     "load",
     "parse",
     "parse_word",
@@ -54,6 +56,7 @@ _HOME = {
     "LtlcError": "ltlc.errors",
     "Task": "ltlc.task",
     "compile": "ltlc.compiler",
+    "compile_many": "ltlc.many",
     "load": "ltlc.compiler",
     "parse": "ltlc.ltl",
     "parse_word": "ltlc.ltl",

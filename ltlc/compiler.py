@@ -3,20 +3,41 @@
 from __future__ import annotations
 
 import os
+from collections.abc import MutableMapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Self
+from typing import Any, NamedTuple, Self
 
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.picture import draw
-from ltlc.ltl import Formula, parse
-from ltlc.translate import translate
+from ltlc.ltl import Formula, Proposition, fold, parse, propositions
+from ltlc.translate import Effort, translate
 
 NOTEBOOK_STATES = 200
 """A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
+
+
+class Options(NamedTuple):
+    """What a translation depends on besides the formula; see `compile`."""
+
+    acceptance: Acceptance = "state"
+    translator: str = "auto"
+    effort: Effort = "default"
+    max_states: int = 100_000
+    timeout: float | None = None
+
+    def check(self) -> None:
+        """Raise InvalidArgumentError if a limit is out of range."""
+        if self.max_states < 1:
+            raise InvalidArgumentError(f"max_states is {self.max_states}; at least 1 state is needed")
+        if self.timeout is not None and not self.timeout > 0:
+            raise InvalidArgumentError(f"timeout is {self.timeout:g}; it must be a positive number of seconds, or None")
+
+
+Cache = MutableMapping[tuple[Formula, Options], RabinAutomaton]
 
 
 class DRA(RabinAutomaton):
@@ -26,9 +47,9 @@ class DRA(RabinAutomaton):
     """
 
     @classmethod
-    def of(cls, automaton: RabinAutomaton) -> Self:
-        """The same automaton, with the methods of this class."""
-        return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)})
+    def of(cls, automaton: RabinAutomaton, **changes: Any) -> Self:
+        """The same automaton, but for the fields in `changes`, with the methods of this class."""
+        return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)} | changes)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf.
@@ -93,8 +114,10 @@ def compile(
     *,
     acceptance: Acceptance = "state",
     translator: str = "auto",
+    effort: Effort = "default",
     max_states: int = 100_000,
     timeout: float | None = None,
+    cache: Cache | None = None,
 ) -> DRA:
     """Translate an LTL formula into a small deterministic Rabin automaton for the same words.
 
@@ -104,8 +127,12 @@ def compile(
         formula_or_text: a formula, or text for `ltlc.parse`.
         acceptance: whether marks sit on states or on transitions; the latter can need fewer states.
         translator: a name from `ltlc.translate.TRANSLATORS`, or "auto" for the smallest result of several.
+        effort: "fast", "default" or "best"; the last searches by SAT for the smallest automaton there is, and needs
+            the package python-sat.
         max_states: no construction may build more states than this.
         timeout: seconds, or None for no limit.
+        cache: a dictionary in which results are looked up and kept; formulas that differ in the names of their
+            propositions only share an entry.
 
     Raises:
         LtlSyntaxError: the text is not a formula.
@@ -118,13 +145,27 @@ def compile(
         >>> dra.accepts(prefix=[[], ["goal"]], cycle=[[]])
         True
     """
-    if max_states < 1:
-        raise InvalidArgumentError(f"max_states is {max_states}; at least 1 state is needed")
-    if timeout is not None and not timeout > 0:
-        raise InvalidArgumentError(f"timeout is {timeout:g}; it must be a positive number of seconds, or None")
     formula = parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
-    automaton = translate(formula, translator=translator, acceptance=acceptance, max_states=max_states, timeout=timeout)
-    return DRA.of(automaton)
+    shape, names = shape_of(formula)
+    options = Options(acceptance, translator, effort, max_states, timeout)
+    options.check()
+    known = None if cache is None else cache.get((shape, options))
+    if known is None:
+        known = translate(shape, **options._asdict(), text=str(formula))
+        if cache is not None:
+            cache[shape, options] = known
+    return DRA.of(known, aps=names, formula=str(formula))
+
+
+def shape_of(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
+    """The formula with its propositions renamed p0, p1, ... in order of appearance, and their names."""
+    names = propositions(formula)
+    renamed = {name: Proposition(f"p{i}") for i, name in enumerate(names)}
+
+    def rename(node: Formula, args: list[Formula]) -> Formula:
+        return renamed[node.name] if isinstance(node, Proposition) else node.with_args(tuple(args))
+
+    return fold(formula, {}, rename), names
 
 
 def load(path: str | os.PathLike[str]) -> DRA:

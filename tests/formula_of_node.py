@@ -22,7 +22,7 @@ from ltlc.ltl import (
 )
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.closure import Closure, Obligation
+from ltlc.translate.closure import Closure, Obligation, letters_of
 
 _OPERATORS: dict[str, type[Formula]] = {
     "&": And,
@@ -42,7 +42,8 @@ def unlimited(formula: Formula) -> Budget:
 
 
 def closure_of(formula: Formula) -> Closure:
-    return Closure(nnf(formula), propositions(formula), unlimited(formula))
+    simple = nnf(formula)
+    return Closure(simple, letters_of(simple, propositions(formula)), unlimited(formula))
 
 
 def formula_of_node(closure: Closure, node: int) -> Formula:

@@ -163,7 +163,7 @@ def test_buffer_comes_back_from_its_state() -> None:
 
 
 def test_environments_the_agent_cannot_take_are_refused() -> None:
-    with pytest.raises(InvalidArgumentError, match="no vector environment; make one with gymnasium.make_vec"):
+    with pytest.raises(InvalidArgumentError, match=r"no vector environment; make one with gymnasium\.make_vec"):
         Interface.of(Line())  # type: ignore[arg-type]
     pendulum = SyncVectorEnv([lambda: gym.make("Pendulum-v1")])
     with pytest.raises(InvalidArgumentError, match="needs discrete actions"):

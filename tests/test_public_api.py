@@ -25,6 +25,7 @@ PROMISED = {
     "Task",
     "__version__",
     "compile",
+    "compile_many",
     "load",
     "parse",
     "parse_word",
@@ -62,8 +63,10 @@ def test_signature_of_compile() -> None:
     assert [(p.name, p.default) for p in parameters if p.kind is p.KEYWORD_ONLY] == [
         ("acceptance", "state"),
         ("translator", "auto"),
+        ("effort", "default"),
         ("max_states", 100_000),
         ("timeout", None),
+        ("cache", None),
     ]
 
 

@@ -405,26 +405,20 @@ def test_conditions_by_truth_table() -> None:
 # -- Rabin pairs ------------------------------------------------------------------------------------------------------
 
 
-def rabin_holds(fins: list[int], infs: list[int], n_pairs: int) -> bool:
-    fin, inf = fold(int.__or__, fins), fold(int.__or__, infs)
-    return any(inf >> i & 1 and not fin >> i & 1 for i in range(n_pairs))
-
-
 def run_memory(memory: Counters | CycleDecomposition, cycle: list[InnerEdge]) -> bool:
     """Whether the pairs accept the cycle taken for ever."""
     at = memory.start(cycle[0].source)
-    rounds: list[tuple[list[int], list[int]]] = []
+    rounds: list[list[tuple[int, int]]] = []
     starts: list[int] = []
     while at not in starts:
         starts.append(at)
-        fins, infs = [], []
+        rounds.append([])
         for edge in cycle:
-            at, fin, inf = memory.move(at, edge)
-            fins.append(fin)
-            infs.append(inf)
-        rounds.append((fins, infs))
-    repeated = rounds[starts.index(at) :]
-    return rabin_holds(sum((f for f, _ in repeated), []), sum((i for _, i in repeated), []), memory.n_pairs)
+            at, fins, infs = memory.move(at, edge)
+            rounds[-1].append((fins, infs))
+    seen = [marks for marks_of_round in rounds[starts.index(at) :] for marks in marks_of_round]
+    fins, infs = (fold(int.__or__, column) for column in zip(*seen, strict=True))
+    return any(infs >> i & 1 and not fins >> i & 1 for i in range(memory.n_pairs))
 
 
 def test_pairs_express_any_condition_on_any_component() -> None:

@@ -30,6 +30,7 @@ def compile_(
     ] = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
+    effort: flags.Effort = "default",
     max_states: flags.MaxStates = 100_000,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
@@ -52,7 +53,14 @@ def compile_(
     from ltlc.compiler import compile
 
     def translated(text: str) -> DRA:
-        return compile(text, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
+        return compile(
+            text,
+            acceptance=acceptance,
+            translator=translator,
+            effort=effort,
+            max_states=max_states,
+            timeout=timeout,
+        )
 
     targets = output or (["-"] if form else [])
     if (formula is None) == (formulas is None):

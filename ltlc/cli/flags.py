@@ -23,6 +23,10 @@ Translator = Annotated[
         autocompletion=_translator_names,
     ),
 ]
+Effort = Annotated[
+    Literal["fast", "default", "best"],
+    typer.Option("--effort", "-e", help="Stop at the first good automaton, compare several, or find the smallest."),
+]
 Acceptance = Annotated[
     Literal["state", "transition"],
     typer.Option("--acceptance", "-a", help="Put the marks of the pairs on states or on transitions."),

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Iterator
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator
+from typing import Any
 
-
-class Display(Protocol):
-    """Called with each row of metrics."""
-
-    def __call__(self, progress: Any) -> None: ...
+Display = Callable[[Any], None]
+"""Called with each row of metrics."""
 
 
 @contextlib.contextmanager

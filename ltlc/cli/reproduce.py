@@ -44,7 +44,7 @@ def reproduce(
     """
     thesis = import_module("ltlc.agents.thesis")
     if case == "runtime" and (static or dynamic):
-        raise InvalidArgumentError("the run-time comparison has static environments only; leave --static, --dynamic out")
+        raise InvalidArgumentError("the run-time comparison is static; leave --static and --dynamic out")
     if seeds < 1:
         raise InvalidArgumentError(f"--seeds is {seeds}; at least 1 is needed")
     folder = Path(out or Path("reproduce") / case)
@@ -66,7 +66,9 @@ def reproduce(
     if json_:
         print(json.dumps([_values(one) for runs in outcomes.values() for one in runs], indent=2))
         return
-    _print_table([one for runs in outcomes.values() for one in runs])
+    for runs in outcomes.values():
+        for one in runs:
+            _print_outcome(one)
     if case == "runtime":
         _print_sizes([runs[0] for runs in outcomes.values()])
     print("Pictures:", *pictures, sep="\n  ")
@@ -77,11 +79,15 @@ def _draw(thesis: Any, case: str, folder: Path, outcomes: dict[str, list[Any]]) 
     for name, runs in outcomes.items():
         figure = {("case1", "static"): "figure-5.2", ("case1", "dynamic"): "figure-5.3"}.get((case, name))
         path = folder / f"{figure or f'policy-{name}'}.png"
-        pictures.append(thesis.draw_learned(path, runs[0], title=runs[0].experiment.title.capitalize()))
+        pictures.append(thesis.draw_learned(path, runs[0], title=_capital(runs[0].experiment.title)))
     path = folder / ("figure-5.4.png" if case == "case2" else "learning.png")
     title = {"case1": "Case study I", "case2": "Case study II", "runtime": "Run-time comparison"}[case]
     pictures.append(thesis.draw_learning(path, outcomes, title=title))
     return pictures
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _values(outcome: Any) -> dict[str, Any]:
@@ -97,42 +103,34 @@ def _values(outcome: Any) -> dict[str, Any]:
     }
 
 
-def _print_table(outcomes: list[Any]) -> None:
-    """A column per run: what the thesis says, what we reached, what is best."""
+def _print_outcome(one: Any) -> None:
+    """What the thesis says, what we learned, and what is best."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("")
-    for one in outcomes:
-        table.add_column(f"{one.experiment.title}, seed {one.seed}", justify="right")
-    for title, cell in _ROWS:
-        cells = [cell(one) for one in outcomes]
-        if any(cells):
-            table.add_row(title, *cells)
+    experiment, verdict, optimum = one.experiment, one.verdict, one.judge.optimum
+    nearly = one.nearly_optimal_after
+    table = Table(f"{experiment.title}, seed {one.seed}", box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("thesis", "learned", "exact optimum"):
+        table.add_column(heading, justify="right")
+    amec = "" if experiment.amec_hours is None else f"{experiment.amec_hours} h (AMEC)"
+    table.add_row("time", f"{experiment.hours:g} h", f"{one.seconds:.1f} s", f"{one.solved_in:.2f} s")
+    table.add_row("  until within 1 %", amec, "not reached" if nearly is None else f"{nearly:.1f} s")
+    for title, name in _FIGURES.items():
+        table.add_row(title, "", number(getattr(verdict, name)), number(getattr(optimum, name)))
+    table.add_row("P(formula satisfied)", "", number(verdict.satisfaction), number(one.judge.maximum.probability))
     Console(highlight=False).print(table)
 
 
-def _pair(name: str) -> Any:
-    return lambda one: f"{number(getattr(one.verdict, name))} / {number(getattr(one.judge.optimum, name))}"
-
-
-_ROWS = (
-    ("thesis: training on a K80, hours", lambda one: number(one.experiment.hours)),
-    ("thesis: end components, hours", lambda one: one.experiment.amec_hours or ""),
-    ("ours: training until within 1 %, seconds", lambda one: number(one.nearly_optimal_after) or "not reached"),
-    ("ours: whole training, seconds", lambda one: f"{one.seconds:.1f}"),
-    ("ours: exact solution, seconds", lambda one: f"{one.solved_in:.2f}"),
-    ("regret at the end", lambda one: f"{max(one.report.regret, 0.0):.2%}"),
-    ("discounted return, learned / optimal", _pair("discounted_return")),
-    ("return of an episode, learned / optimal", _pair("total_return")),
-    ("steps of an episode, learned / optimal", _pair("steps")),
-    ("violations in an episode, learned / optimal", _pair("violations_per_episode")),
-    ("violations per step, learned / optimal", _pair("violations_per_step")),
-    ("acceptances per 1000 steps, learned / optimal", _pair("acceptances_per_1000_steps")),
-    ("P(satisfied): learned / largest", lambda one: f"{number(one.verdict.satisfaction)} / {number(one.judge.maximum.probability)}"),
-)  # fmt: skip
+_FIGURES = {
+    "return, discounted": "discounted_return",
+    "return of an episode": "total_return",
+    "steps of an episode": "steps",
+    "violations in an episode": "violations_per_episode",
+    "violations per step": "violations_per_step",
+    "acceptances per 1000 steps": "acceptances_per_1000_steps",
+}
 
 
 def _print_sizes(outcomes: list[Any]) -> None:

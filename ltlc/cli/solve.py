@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from importlib import import_module
 from pathlib import Path
@@ -89,9 +88,8 @@ def _lines(judge: Judge) -> list[tuple[str, Any, Any]]:
 
 def _values(judge: Judge) -> dict[str, Any]:
     """The answer as JSON values; infinities as text."""
-    optimum = None if judge.optimum is None else dataclasses.asdict(judge.optimum)
-    if optimum is not None:
-        optimum = {key: str(x) if abs(x) == float("inf") or x != x else x for key, x in optimum.items()}
+    values = import_module("ltlc.agents.report").verdict_values
+    optimum = None if judge.optimum is None else values(judge.optimum)
     maximum = judge.maximum
     return {
         "maximum_satisfaction": [maximum.lower, maximum.probability, maximum.upper],

@@ -13,12 +13,10 @@ from ltlc.cli import flags, setting
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
 from ltlc.cli.verdicts import maximum_text, print_figures
-from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.automata import RabinAutomaton
-
-PRESETS = ("default", "thesis")
 
 
 def train(
@@ -161,7 +159,3 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
 def headings(verdict: Any) -> tuple[str, str]:
     """The columns of a report."""
     return ("learned", "optimal for the rewards") if verdict.exact else ("learned, with 95 % interval", "")
-
-
-def _unknown_preset(name: str) -> UnknownNameError:
-    return UnknownNameError("preset", name, PRESETS)

@@ -61,7 +61,8 @@ class Setting:
             InvalidArgumentError: it does not take these arguments.
             MissingProgramError: it needs a package that is not installed.
         """
-        return _made(self._spec, dict(self.arguments))
+        env: gym.Env[Any, Any] = _made(self._spec, dict(self.arguments))
+        return env
 
     @cached_property
     def label_source(self) -> LabelSource:
@@ -73,12 +74,13 @@ class Setting:
         if self.labels is None:
             _check_labels_itself(self.single, self.env)
             return None
-        source = find_labels(self.labels)
+        source: Any = find_labels(self.labels)
         if not isinstance(source, Mapping) and not hasattr(source, "propositions"):
             model = self._model_of(source)
             if model is not None:
-                return LabelFunction(source, model.aps)
-        return source
+                source = LabelFunction(source, model.aps)
+        labels: LabelSource = source
+        return labels
 
     @cached_property
     def model(self) -> LabelledMDP | None:
@@ -163,7 +165,7 @@ def find_labels(name: str) -> Any:
     place, colon, attribute = name.rpartition(":")
     if not colon or not place or not attribute:
         raise InvalidArgumentError(
-            f"labels {name!r}: expected module:function, such as my_labels:labels for the function labels in my_labels.py"
+            f"labels {name!r}: expected module:function, such as sensors:labels for the function labels in sensors.py"
         )
     module = _imported(place, f"labels {name!r}")
     found = getattr(module, attribute, None)
@@ -172,7 +174,8 @@ def find_labels(name: str) -> Any:
         raise UnknownNameError(f"name in {place}:", attribute, known)
     if not callable(found) and not isinstance(found, Mapping):
         raise InvalidArgumentError(
-            f"labels {name!r}: {attribute} is {found!r}; expected a function of (observation, info), or a dict of predicates"
+            f"labels {name!r}: {attribute} is {found!r}; expected a function of (observation, info), or a dict of "
+            "predicates"
         )
     return found
 
@@ -227,6 +230,6 @@ def _made(spec: Any, arguments: dict[str, Any], num_envs: int | None = None, **o
 def _check_labels_itself(env: gym.Env[Any, Any], name: str) -> None:
     if not env.has_wrapper_attr("propositions") and "labels" not in env.reset(seed=0)[1]:
         raise InvalidArgumentError(
-            f"{name} says nothing about propositions; give them with --labels module:function, where the function takes "
-            "(observation, info) of one environment and returns the set of names that hold"
+            f"{name} says nothing about propositions; give them with --labels module:function, where the function "
+            "takes (observation, info) of one environment and returns the set of names that hold"
         )

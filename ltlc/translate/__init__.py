@@ -1,8 +1,8 @@
 """LTL to deterministic Rabin automata: a portfolio of constructions and a pipeline that keeps the smallest result."""
 
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
-from ltlc.translate.pipeline import translate
+from ltlc.translate.pipeline import Effort, translate
 
 TRANSLATORS = CONSTRUCTIONS
 
-__all__ = ["TRANSLATORS", "Construction", "translate"]
+__all__ = ["TRANSLATORS", "Construction", "Effort", "translate"]

@@ -28,6 +28,11 @@ class Budget:
         narrowed._deadline = self._deadline
         return narrowed
 
+    @property
+    def remaining(self) -> float | None:
+        """Seconds left, at least 0, or None for no limit."""
+        return None if self._deadline is None else max(0.0, self._deadline - time.monotonic())
+
     def check_size(self, n_states: int) -> None:
         """Raise StateLimitExceeded if `n_states` is too many."""
         if n_states > self.max_states:

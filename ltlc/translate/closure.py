@@ -19,7 +19,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import reduce
 from typing import NamedTuple
 
@@ -66,6 +66,8 @@ _KIND: dict[type[Formula], str] = {
 }
 _DUAL = {"&": "|", "|": "&", "X": "X", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
 _LEVELS = (("sigma1", 1), ("pi1", 2), ("sigma2", 4), ("pi2", 8))
+_COLUMNS_AT_ONCE = 40
+"""truth values that fit, with the up to 2**20 classes before them, into 64 bits."""
 _BOOLEAN = (Constant, Proposition, Not, And, Or)
 
 
@@ -83,6 +85,8 @@ class Letters(NamedTuple):
     aps: tuple[str, ...]
     letter_class: npt.NDArray[np.int32]
     n_classes: int
+    sets: Mapping[Formula, int]
+    """the letter set of each Boolean subformula that no larger one contains."""
 
     @property
     def all(self) -> int:
@@ -95,17 +99,13 @@ class Closure:
 
     Args:
         formula: in negation normal form, over `&`, `|` and the temporal operators.
-        aps: the propositions of the alphabet, at least those of the formula.
+        letters: `letters_of` the formula.
         budget: checked while obligations grow.
     """
 
-    def __init__(self, formula: Formula, aps: tuple[str, ...], budget: Budget) -> None:
-        if len(aps) > MAX_APS:
-            raise AlphabetLimitExceeded(
-                f"the formula has {len(aps)} atomic propositions; tables over letters hold at most {MAX_APS}"
-            )
+    def __init__(self, formula: Formula, letters: Letters, budget: Budget) -> None:
         self.budget = budget
-        self.letters, boolean = _letter_classes(formula, aps)
+        self.letters = letters
         self.nodes: list[Node] = []
         self._number: dict[Node, int] = {}
         self._implies: dict[tuple[int, int], bool] = {}
@@ -118,11 +118,12 @@ class Closure:
         self._against: list[int] = []
         self._atoms = 0
         self._registered: set[int] = set()
-        self.root = self._compile(formula, boolean)
+        self.root = self._compile(formula)
 
     # -- construction -------------------------------------------------------------------------------------------------
 
-    def _compile(self, formula: Formula, boolean: dict[Formula, int]) -> int:
+    def _compile(self, formula: Formula) -> int:
+        boolean = self.letters.sets
         number: dict[Formula, int] = {}
         for f in postorder(formula):
             if f in boolean:
@@ -417,6 +418,7 @@ class Closure:
                 if common:
                     c = combine(a, b)
                     merged[c] = merged.get(c, 0) | common
+        self.budget.check_size(len(merged))
         return merged
 
     # -- syntactic implication ----------------------------------------------------------------------------------------
@@ -485,8 +487,20 @@ class Closure:
         return False
 
 
-def _letter_classes(formula: Formula, aps: tuple[str, ...]) -> tuple[Letters, dict[Formula, int]]:
-    """Group the letters by the maximal Boolean subformulas that hold on them; each becomes one letter set."""
+def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
+    """Group the letters by the maximal Boolean subformulas that hold on them; each becomes one letter set.
+
+    Args:
+        formula: in negation normal form.
+        aps: the propositions of the alphabet, at least those of the formula.
+
+    Raises:
+        AlphabetLimitExceeded: there are more than `MAX_APS` propositions.
+    """
+    if len(aps) > MAX_APS:
+        raise AlphabetLimitExceeded(
+            f"the formula has {len(aps)} atomic propositions; tables over letters hold at most {MAX_APS}"
+        )
     letter = np.arange(2 ** len(aps), dtype=np.int64)
     truth: dict[Formula, npt.NDArray[np.bool_]] = {}
     maximal: dict[Formula, None] = {}
@@ -502,12 +516,17 @@ def _letter_classes(formula: Formula, aps: tuple[str, ...]) -> tuple[Letters, di
             maximal.update((arg, None) for arg in f.args if arg in truth)
     columns = list(maximal)
     classes = np.zeros(len(letter), dtype=np.int64)
-    for f in columns:
-        _, first, classes = np.unique(classes * 2 + truth[f], return_index=True, return_inverse=True)
-        classes = np.argsort(np.argsort(first))[classes]
-    _, first = np.unique(classes, return_index=True)
-    letters = Letters(aps, classes.astype(np.int32), len(first))
-    return letters, {f: _as_letter_set(truth[f][first]) for f in columns}
+    for start in range(0, len(columns), _COLUMNS_AT_ONCE):
+        for f in columns[start : start + _COLUMNS_AT_ONCE]:
+            classes = classes << 1 | truth[f]
+        _, first, classes = np.unique(classes, return_index=True, return_inverse=True)
+    if columns:
+        order = np.argsort(first)
+        first, classes = first[order], np.argsort(order)[classes]
+    else:
+        first = np.zeros(1, dtype=np.int64)
+    sets = {f: _as_letter_set(truth[f][first]) for f in columns}
+    return Letters(aps, classes.astype(np.int32), len(first), sets)
 
 
 def _truth(

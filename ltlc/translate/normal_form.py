@@ -40,7 +40,8 @@ def _guessed(closure: Closure, node: int) -> int:
     least, greatest = _asked(closure, node)
     if len(least) + len(greatest) > _MAX_GUESSED:
         raise StateLimitExceeded(
-            f"the normal form would have to guess {len(least) + len(greatest)} fixpoints; at most {_MAX_GUESSED} are"
+            f"the normal form would have to guess {len(least) + len(greatest)} fixpoints, more than {_MAX_GUESSED}: use"
+            " another translator"
         )
     guesses = []
     for often in _subsets(least):

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ltlc.automata import canonical, simplify_marks, to_state_based
-from ltlc.automata.compare import equivalent_states
+from ltlc.automata.lower_bound import lower_bound
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import MAX_PRODUCT_EDGES, reduce
-from ltlc.errors import InvalidArgumentError, StateLimitExceeded, UnknownNameError
-from ltlc.ltl import Formula, nnf, propositions, simplify
+from ltlc.automata.sat_minimize import minimize
+from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
+from ltlc.ltl import Formula, propositions, simplify
 from ltlc.translate.budget import Budget
-from ltlc.translate.closure import Closure
+from ltlc.translate.closure import Closure, Letters, letters_of
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced
 from ltlc.translate.pairs import rabin_automaton
 
+Effort = Literal["fast", "default", "best"]
 FAIR = ("product",)
 """Tried for obligations with fairness conditions,"""
 LOW = ("product", "safra", "dual-safra")
@@ -37,11 +39,12 @@ class Problem(NamedTuple):
 
     formula: Formula
     """simplified, in negation normal form."""
-    aps: tuple[str, ...]
+    letters: Letters
+    effort: Effort
 
     def closure(self, budget: Budget) -> Closure:
         """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
-        return Closure(self.formula, self.aps, budget)
+        return Closure(self.formula, self.letters, budget)
 
 
 class Candidate(NamedTuple):
@@ -51,7 +54,7 @@ class Candidate(NamedTuple):
     translator: str
     weak: bool
     smallest: bool
-    """whether all states have different languages: then no automaton for the language has fewer states."""
+    """whether no automaton for the language has fewer states, for sure."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -64,12 +67,14 @@ def translate(
     *,
     translator: str = "auto",
     acceptance: Acceptance = "state",
+    effort: Effort = "default",
     max_states: int = 100_000,
     timeout: float | None = None,
+    text: str | None = None,
 ) -> RabinAutomaton:
     """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
-    1. Simplify the formula; bring it to negation normal form; group the letters it cannot tell apart.
+    1. Simplify the formula, which brings it to negation normal form; group the letters it cannot tell apart.
     2. Build a deterministic automaton with Emerson-Lei acceptance (a construction) and reduce it.
     3. Form Rabin pairs, strong component by strong component; reduce again; split states for state-based acceptance.
     4. With "auto": try the next construction, unless the result is proven smallest, and keep the smallest.
@@ -78,8 +83,11 @@ def translate(
         formula: any LTL formula.
         translator: "auto" or the name of a construction.
         acceptance: marks on states (thesis, definition 2.1.1) or on transitions (often fewer states).
+        effort: "fast" is content with the construction that wins most often; "default" tries others where they can
+            win, with a cap; "best" tries all that apply, then searches for a smaller automaton by SAT.
         max_states: limit for every automaton on the way.
-        timeout: seconds, or None.
+        timeout: seconds, or None. Once a construction has succeeded, the others only use up what is left.
+        text: what to call the formula in messages and in the result; by default its own text.
 
     Returns:
         A complete automaton over the propositions of the formula in order of appearance, canonically numbered: the same
@@ -89,16 +97,23 @@ def translate(
         UnknownNameError: no such translator.
         InvalidArgumentError: the translator does not apply to the formula, or an argument is out of range.
         StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded: a budget ran out.
+        MissingProgramError: effort "best" needs the package python-sat.
     """
     if translator != "auto" and translator not in CONSTRUCTIONS:
         raise UnknownNameError("translator", translator, ("auto", *CONSTRUCTIONS))
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
-    budget = Budget(str(formula), max_states, timeout)
-    problem = Problem(nnf(simplify(formula)), propositions(formula))
+    if effort not in ("fast", "default", "best"):
+        raise InvalidArgumentError(f"effort is {effort!r}; it can be 'fast', 'default' or 'best'")
+    text = str(formula) if text is None else text
+    budget = Budget(text, max_states, timeout)
+    simple = simplify(formula)
+    problem = Problem(simple, letters_of(simple, propositions(formula)), effort)
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
     automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
-    return replace(automaton, formula=str(formula), translator=best.translator)
+    if effort == "best":
+        automaton = minimize(automaton, timeout=budget.remaining).automaton
+    return replace(automaton, formula=text, translator=best.translator)
 
 
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
@@ -131,16 +146,21 @@ def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
 def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
     closure = problem.closure(budget)
-    if closure.is_fair_obligation(closure.root):
-        names: tuple[str, ...] = FAIR
-    else:
-        names = LOW if closure.is_low(closure.root) else HIGH
+    names = _worth_trying(closure, problem.effort)
+    pristine: Closure | None = closure
     for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
         best: Candidate | None = None
         for name in names:
-            cap = limit if best is None else min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
+            cap, closure = limit, pristine or problem.closure(budget)
+            pristine = None
+            if best is not None and problem.effort != "best":
+                cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
             try:
-                found = _build(CONSTRUCTIONS[name], problem, budget.within(cap))
+                found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
+            except TimeLimitExceeded:
+                if best is None:
+                    raise
+                break
             except StateLimitExceeded:
                 if limit == budget.max_states and best is None and name == names[-1]:
                     raise
@@ -148,25 +168,39 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
             if best is None or found.size < best.size:
                 best = found
             if best.smallest:
-                return best
+                break
         if best is not None:
             return best
     raise AssertionError("the last round returns or raises")
 
 
-def _build(construction: Construction, problem: Problem, budget: Budget) -> Candidate:
-    closure = problem.closure(budget)
+def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
+    """Names of constructions, the most promising first."""
+    if effort == "best":
+        return HIGH
+    if closure.is_fair_obligation(closure.root):
+        return FAIR
+    names = LOW if closure.is_low(closure.root) else HIGH
+    return names[:1] if effort == "fast" else names
+
+
+def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure | None = None) -> Candidate:
+    closure = closure or problem.closure(budget)
     emerson_lei = reduced(construction.build(closure, budget))
     automaton = rabin_automaton(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, smallest=True)
-    if _has_distinct_languages(automaton):
-        return Candidate(canonical(simplify_marks(automaton)), construction.name, weak=False, smallest=True)
-    automaton = reduce(automaton)
-    return Candidate(automaton, construction.name, weak=False, smallest=_has_distinct_languages(automaton))
+    budget.check_time()
+    smallest = _is_smallest(automaton)
+    if smallest:
+        automaton = canonical(simplify_marks(automaton))
+    else:
+        budget.check_time()
+        automaton = reduce(automaton, effort=0) if problem.effort == "fast" else reduce(automaton)
+    return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
 
 
-def _has_distinct_languages(automaton: RabinAutomaton) -> bool:
-    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # would be left undecided
+def _is_smallest(automaton: RabinAutomaton) -> bool:
+    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # too large to know
         return False
-    return int(equivalent_states(automaton, MAX_PRODUCT_EDGES).max()) + 1 == automaton.n_states
+    return lower_bound(automaton) == automaton.n_states

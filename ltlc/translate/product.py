@@ -39,7 +39,7 @@ _FALSE: Skeleton = ()
 
 def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, budget: Budget) -> EmersonLei:
     """The deterministic automaton of a Boolean combination of components; `letters` is the set of all letters."""
-    product = _Product(components, letters)
+    product = _Product(components, letters, budget)
     start = product.settle(skeleton, [c.initial for c in components])
     states, edges = explore(start, product.restless, budget)
     if product.stable:
@@ -50,8 +50,9 @@ def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, b
 
 
 class _Product:
-    def __init__(self, components: Sequence[Component], letters: int) -> None:
+    def __init__(self, components: Sequence[Component], letters: int, budget: Budget) -> None:
         self.components = components
+        self.budget = budget
         self.letters = letters
         self._condition: dict[tuple[Skeleton, tuple[tuple[int, Acceptance], ...]], Acceptance] = {}
         self.stable = sum(1 << i for i, c in enumerate(components) if c.stable)
@@ -100,6 +101,7 @@ class _Product:
                 for letters_i, target, more in ways
                 if (common := letters & letters_i)
             ]
+            self.budget.check_size(len(partial))
         return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
 
     def condition(self, state: ProductState) -> Acceptance:

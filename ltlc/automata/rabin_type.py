@@ -1,0 +1,194 @@
+"""Whether a graph can carry a Rabin condition for given verdicts on its cycles, and the pairs if it can.
+
+A graph is given together with an automaton that knows the verdicts: a run of both is a walk through a *cycle graph*,
+whose edges carry the marks of the automaton, and one *label*, which is what the new condition may speak of: the edge of
+the graph that is taken (acceptance on transitions), or the state that is entered (acceptance on states).
+
+Rabin conditions are those where cycles that share a state and are rejected are rejected when taken together. So, below
+an accepted set of labels, the rejected cycles form groups that share no state, each rejected as a whole; and below a
+rejected set, the accepted cycles lie in the strong parts that some pair of the automaton accepts. Following both in
+turn gives a tree (an alternating cycle decomposition), or a *conflict*: an accepted cycle all of whose labels are on
+rejected cycles inside it. Every accepted node of the tree gives one pair.
+
+References:
+    C. Loeding: Optimal bounds for transformations of omega-automata. FSTTCS 1999, doi 10.1007/3-540-46691-6_8 (the
+    closure property).
+    A. Casares, T. Colcombet, N. Fijalkow: Optimal Transformations of Games and Automata Using Muller Conditions.
+    ICALP 2021, doi 10.4230/LIPIcs.ICALP.2021.123 (the decomposition, and Rabin types in terms of it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from ltlc.automata.emptiness import (
+    All,
+    Condition,
+    Edge,
+    Fin,
+    Inf,
+    MarkedGraph,
+    Some,
+    accepting_parts,
+    accepting_walk,
+    streett,
+)
+
+
+class LabelPair(NamedTuple):
+    """A Rabin pair on labels; both sets as bit masks."""
+
+    fin: int
+    inf: int
+
+
+class Conflict(NamedTuple):
+    """Why there is no Rabin condition: sets of labels, as bit masks, of one accepted and of rejected cycles.
+
+    The rejected cycles lie inside the accepted one, have all its labels, and hang together by shared states.
+    """
+
+    accepted: int
+    rejected: tuple[int, ...]
+
+
+class CycleGraph(NamedTuple):
+    """A graph whose cycles have known verdicts."""
+
+    edges: MarkedGraph
+    """marks: bits 2i and 2i + 1 are Fin and Inf of pair i of the automaton, bit 2 * n_pairs + k is label k."""
+    columns: Sequence[Mapping[tuple[int, int], int]]
+    """per node and edge: some column (see `residuals.Part`) that leads along it."""
+    runs: Sequence[tuple[int, int]]
+    """per node: the state of the graph that is to carry the condition, and the state of the automaton."""
+    n_pairs: int
+
+    def columns_along(self, walk: Iterable[Edge]) -> tuple[int, ...]:
+        """Columns that lead along a walk."""
+        return tuple(self.columns[source][target, marks] for source, target, marks in walk)
+
+    def labels(self) -> int:
+        """All labels that occur."""
+        seen = 0
+        for row in self.edges:
+            for _, marks in row:
+                seen |= marks
+        return seen >> 2 * self.n_pairs
+
+    def places(self, labels: int) -> set[int]:
+        """The states of the graph on the cycles with exactly these labels."""
+        return {self.runs[target][0] for row in self.within(labels) for target, _ in row}
+
+    def within(self, labels: int) -> MarkedGraph:
+        """The edges with these labels."""
+        other = ~(labels << 2 * self.n_pairs | (1 << 2 * self.n_pairs) - 1)
+        return [[edge for edge in row if not edge[1] & other] for row in self.edges]
+
+    def accepted_parts(self, labels: int) -> list[int]:
+        """The largest sets of labels of accepted cycles with these labels."""
+        edges = self.within(labels)
+        return _maximal(part for i in range(self.n_pairs) for _, part in self._parts(edges, _pair(i)))
+
+    def rejected_parts(self, labels: int) -> list[int]:
+        """The largest sets of labels of rejected cycles with these labels."""
+        return _maximal(part for _, part in self._parts(self.within(labels), streett(self.n_pairs)))
+
+    def rejected_groups(self, labels: int) -> list[tuple[int, tuple[int, ...]]]:
+        """Groups of rejected cycles that hang together by shared states: all labels of the group, and each part's."""
+        groups: list[tuple[set[int], int, list[int]]] = []
+        for nodes, part in self._parts(self.within(labels), streett(self.n_pairs)):
+            places, joint, parts = {self.runs[node][0] for node in nodes}, part, [part]
+            apart = []
+            for group in groups:
+                if places.isdisjoint(group[0]):
+                    apart.append(group)
+                else:
+                    places, joint, parts = places | group[0], joint | group[1], group[2] + parts
+            groups = [*apart, (places, joint, parts)]
+        return [(joint, tuple(parts)) for _, joint, parts in groups]
+
+    def _parts(self, edges: MarkedGraph, condition: Condition) -> Iterator[tuple[tuple[int, ...], int]]:
+        for nodes, avoided, _ in accepting_parts(edges, condition):
+            inside, seen = set(nodes), 0
+            for node in nodes:
+                for target, marks in edges[node]:
+                    if target in inside and not marks & avoided:
+                        seen |= marks
+            yield nodes, seen >> 2 * self.n_pairs
+
+    def accepted_cycle(self, labels: int) -> list[Edge]:
+        """An accepted cycle with exactly these labels, which exists and is reachable from node 0."""
+        wanted = self._all_of(labels)
+        return self._cycle(labels, Some(tuple(All((*_pair(i).parts, *wanted)) for i in range(self.n_pairs))))
+
+    def rejected_cycle(self, labels: int) -> list[Edge]:
+        """A rejected cycle with exactly these labels, which exists and is reachable from node 0."""
+        return self._cycle(labels, All((streett(self.n_pairs), *self._all_of(labels))))
+
+    def _all_of(self, labels: int) -> list[Inf]:
+        return [Inf(2 * self.n_pairs + k) for k in range(labels.bit_length()) if labels >> k & 1]
+
+    def _cycle(self, labels: int, condition: Condition) -> list[Edge]:
+        edges = self.within(labels)
+        for start, row in enumerate(edges):
+            if row and (walk := accepting_walk(edges, condition, start)) is not None:
+                return walk[1]
+        raise AssertionError("no cycle with these labels")
+
+
+def _maximal(found: Iterable[int]) -> list[int]:
+    """The sets of labels that are inside no other."""
+    distinct = list(dict.fromkeys(found))
+    return [part for part in distinct if not any(part & ~other == 0 and part != other for other in distinct)]
+
+
+def _pair(i: int) -> All:
+    return All((Fin(2 * i), Inf(2 * i + 1)))
+
+
+def rabin_condition(
+    cycles: CycleGraph, labels: int | None = None, max_nodes: int | None = None
+) -> list[LabelPair] | Conflict | None:
+    """Pairs on labels that accept exactly the accepted cycles, or a conflict that shows that there are none.
+
+    Args:
+        cycles: the graph and the verdicts.
+        labels: look at cycles with these labels only; by default at all.
+        max_nodes: give up, with None, when the decomposition has more nodes than this.
+    """
+    everything = cycles.labels() if labels is None else labels
+    todo: list[tuple[bool, int, tuple[int, ...]]] = [(everything in cycles.accepted_parts(everything), everything, ())]
+    done: set[int] = set()
+    pairs: list[LabelPair] = []
+    while todo:
+        accepted, here, rejected = todo.pop()
+        if here in done:  # as the same kind, or there would have been a conflict
+            continue
+        done.add(here)
+        if max_nodes is not None and len(done) > max_nodes:
+            return None
+        if accepted:
+            below = 0
+            for joint, parts in cycles.rejected_groups(here):
+                if joint == here:
+                    return Conflict(here, parts)
+                below |= joint
+                todo.append((False, joint, parts))
+            pairs.append(LabelPair(everything & ~here, here & ~below))
+        else:
+            parts = tuple(cycles.accepted_parts(here))
+            if here in parts:
+                return Conflict(here, rejected)
+            todo += [(True, part, ()) for part in parts]
+    return pairs
+
+
+def smallest_conflict(cycles: CycleGraph, conflict: Conflict) -> Conflict:
+    """A conflict inside this one from which no label can be left out."""
+    for k in range(conflict.accepted.bit_length()):
+        if conflict.accepted >> k & 1:
+            smaller = rabin_condition(cycles, conflict.accepted & ~(1 << k))
+            if isinstance(smaller, Conflict):
+                conflict = smaller
+    return conflict

@@ -1,0 +1,156 @@
+"""The residual automaton of a language, and what a Rabin automaton knows about each of its strong components.
+
+The *residuals* of a language are the languages that remain after its prefixes. Every deterministic automaton maps onto
+the residual automaton, state by state, so it has one state per residual at least. Within a strong component of the
+residual automaton, the states of a last strong component alone would do: they cover all residuals of the component,
+and entering them instead of others changes only a prefix of each run. So a smallest automaton has one strong component
+for each of the residual automaton, and each of these can be made smallest by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ltlc import graph
+from ltlc.automata.canonical import canonical
+from ltlc.automata.compare import equivalent_states
+from ltlc.automata.partition import IntArray
+from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin_type import CycleGraph
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A non-trivial strong component of the residual automaton, with a component of the automaton that covers it.
+
+    A *column* is a set of letter classes that no state of the component tells apart.
+    """
+
+    residuals: tuple[int, ...]
+    """its residuals, in increasing order; residual i of the part is `residuals[i]`."""
+    step: tuple[tuple[int, ...], ...]
+    """per residual of the part and column: the next residual of the part, or -1 where it is left."""
+    states: tuple[int, ...]
+    """states of the automaton in one strong component; state i of the part is `states[i]`."""
+    residual_of: tuple[int, ...]
+    """residual of the part, per state of the part."""
+    delta: tuple[tuple[int, ...], ...]
+    """per state of the part and column: the next state of the part, or -1 where the part is left."""
+    marks: tuple[tuple[int, ...], ...]
+    """like `delta`; marks as in `RabinAutomaton.edge_marks`."""
+    column: tuple[int, ...]
+    """per letter class of the automaton: its column."""
+    n_pairs: int
+
+    @property
+    def n_columns(self) -> int:
+        """Number of columns."""
+        return len(self.step[0])
+
+    def cycle_graph(self, step: Sequence[Sequence[int]], residual_of: Sequence[int], on_states: bool) -> CycleGraph:
+        """All joint runs of the part and of a table that maps onto its residuals; node 0 belongs to state 0 of both.
+
+        Labels are states of the table if acceptance is on states, else `state * n_columns + column`.
+
+        Args:
+            step: next state of the table per state and column; the entry is ignored where the part is left.
+            residual_of: residual of the part, per state of the table.
+            on_states: whether acceptance is to be on states.
+        """
+        order = [(0, self.residual_of.index(residual_of[0]))]
+        number = {order[0]: 0}
+        columns: list[dict[tuple[int, int], int]] = []
+        for place, state in order:  # grows while it is read
+            row: dict[tuple[int, int], int] = {}
+            for c, (target, marks) in enumerate(zip(self.delta[state], self.marks[state], strict=True)):
+                if target < 0:
+                    continue
+                node = (step[place][c], target)
+                if node not in number:
+                    number[node] = len(order)
+                    order.append(node)
+                label = node[0] if on_states else place * self.n_columns + c
+                row.setdefault((number[node], marks | 1 << 2 * self.n_pairs + label), c)
+            columns.append(row)
+        return CycleGraph(list(map(list, columns)), columns, order, self.n_pairs)
+
+    def after(self, residual: int, columns: Iterable[int]) -> int:
+        """The residual of the part after some columns; -1 once the part is left."""
+        for c in columns:
+            residual = self.step[residual][c] if residual >= 0 else -1
+        return residual
+
+    def accepts(self, residual: int, columns: Sequence[int]) -> bool:
+        """Whether the residual has the word that repeats these columns, which lead back to it."""
+        state = self.residual_of.index(residual)
+        trail: dict[int, int] = {}
+        while state not in trail:
+            source, seen = state, 0
+            for c in columns:
+                seen |= self.marks[state][c]
+                state = self.delta[state][c]
+            trail[source] = seen
+        rounds = list(trail)
+        seen = 0
+        for source in rounds[rounds.index(state) :]:
+            seen |= trail[source]
+        return any(seen >> 2 * i & 3 == 2 for i in range(self.n_pairs))
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """The residual automaton of the language of a Rabin automaton."""
+
+    automaton: RabinAutomaton
+    """the automaton, canonical."""
+    language: IntArray
+    """shape (n_states,), int32; entry = residual of the state, numbered by their first states."""
+    parts: tuple[Part, ...]
+    """non-trivial strong components, in topological order."""
+
+    @property
+    def n_residuals(self) -> int:
+        """Number of residuals: no deterministic automaton for the language has fewer states."""
+        return int(self.language.max()) + 1
+
+
+def residuals(automaton: RabinAutomaton) -> Residuals:
+    """The residual automaton of the language of a Rabin automaton."""
+    automaton = canonical(automaton)
+    language = equivalent_states(automaton)
+    first = np.unique(language, return_index=True)[1]
+    rows = language[automaton.delta[first]]
+    component = graph.strong_components(rows)
+    parts = []
+    for members in graph.component_members(component):
+        inside = set(members)
+        if inside & {target for q in members for target in rows[q].tolist()}:
+            parts.append(_part(automaton, language, members))
+    return Residuals(automaton, language, tuple(parts))
+
+
+def _part(automaton: RabinAutomaton, language: IntArray, members: Sequence[int]) -> Part:
+    """The states of the last strong component that maps into these residuals; it covers them all."""
+    scc = np.array(automaton.scc)
+    last = int(scc[np.isin(language, members)].max())
+    states = np.flatnonzero(scc == last).tolist()
+    index = {q: i for i, q in enumerate(states)}
+    local = {residual: i for i, residual in enumerate(members)}
+    residual_of = tuple(local[int(language[q])] for q in states)
+
+    columns: dict[tuple[tuple[int, int], ...], int] = {}
+    column = []
+    for c in range(automaton.n_classes):
+        key = tuple(
+            (index[automaton.rows[q][c]], automaton.edge_marks[q][c]) if automaton.rows[q][c] in index else (-1, 0)
+            for q in states
+        )
+        column.append(columns.setdefault(key, len(columns)))
+    delta = tuple(zip(*([target for target, _ in key] for key in columns), strict=True))
+    marks = tuple(zip(*([seen for _, seen in key] for key in columns), strict=True))
+    example = [residual_of.index(i) for i in range(len(members))]
+    step = tuple(tuple(residual_of[t] if t >= 0 else -1 for t in delta[q]) for q in example)
+    return Part(tuple(members), step, tuple(states), residual_of, delta, marks, tuple(column), automaton.n_pairs)

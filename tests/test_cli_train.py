@@ -1,0 +1,300 @@
+"""The commands that learn and judge: what they print, what a run folder holds, and what becomes of wrong input."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ltlc.agents import DoubleDQN
+from ltlc.agents.pictures import waits_for
+from ltlc.agents.run_folder import RunFolder, default_folder
+from ltlc.cli import reproduce
+from ltlc.cli.app import run
+from ltlc.envs import recorded_automaton
+from ltlc.envs.setting import Setting
+from ltlc.mdp.verdict import Judge
+from ltlc.rewards import get_scheme
+from ltlc.task import Task
+
+ROOT = Path(__file__).parent.parent
+SMALL = ("--agent", "hidden=[16]", "--agent", "batch_size=16", "--agent", "learning_starts=16")
+SENSORS = """
+    MAP = "SFFFFHFHFFFHHFFG"
+
+    def labels(observation, info):
+        return {"H": {"hole"}, "G": {"goal"}}.get(MAP[observation], set())
+
+    def number(observation, info):
+        return float("nan")
+
+    def wrong_type(observation, info):
+        return {3.5}
+
+    def fails(observation, info):
+        return {info["nothing"]}
+
+    standing = {"fallen": lambda x: bool(abs(x[2]) > 0.1)}
+    broken = {"fallen": lambda x: float("nan")}
+    nothing = 3
+"""
+LAKE = ("F goal & G !hole", "--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--reward", "zeta-discount")
+POLE = ("G !fallen", "--env", "CartPole-v1", "--labels", "sensors.py:standing", "--num-envs", "2")
+GRID = ("F goal", "--env", "ltlc/Grid-v0")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Every test runs in a folder of its own, which holds the labels."""
+    monkeypatch.chdir(tmp_path)
+    Path("sensors.py").write_text(textwrap.dedent(SENSORS))
+    return tmp_path
+
+
+def process(*arguments: str) -> subprocess.Popen[str]:
+    """The command as a process of its own."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "ltlc", *arguments]
+    return subprocess.Popen(command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def q_values(path: str) -> np.ndarray:
+    agent = DoubleDQN.load(Path(path) / "policy.ltlc")
+    return agent.q_values(agent.encoder.all_observations())
+
+
+class TestTrain:
+    def test_a_run_and_its_folder(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["train", *LAKE, "--steps", "600", "--num-envs", "4", *SMALL]) == 0
+        out = capsys.readouterr().out
+        assert "largest probability of satisfying the formula here is 0.823529" in out
+        assert "return" in out and "violations" in out and "left" in out and "optimal for the rewards" in out
+        place = Path("runs/f-goal-g-hole-frozenlake-v1-0")
+        files = {path.name for path in place.iterdir()}
+        assert {"config.json", "dra.json", "metrics.csv", "checkpoint.ltlc", "policy.ltlc", "result.json"} <= files
+        assert (place / "policy.png").read_bytes().startswith(b"\x89PNG")
+        assert (place / "curve.png").read_bytes().startswith(b"\x89PNG")
+        result = json.loads((place / "result.json").read_text())
+        assert result["exact"] and result["optimal"]["satisfaction"] == pytest.approx(14 / 17)
+        assert run(["evaluate", str(place), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
+        assert run(["evaluate", str(place)]) == 0
+        assert "Lost against the optimum" in capsys.readouterr().out
+
+    def test_an_unknown_environment_is_sampled(self, capsys: pytest.CaptureFixture[str]) -> None:
+        options = ["--steps", "300", "--episode-steps", "30", "--out", "pole", "--json", *SMALL]
+        assert run(["train", *POLE, *options]) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert not result["exact"] and result["episodes"] == 100
+        assert run(["evaluate", "pole", "--episodes", "20", "--json"]) == 0
+        learned = json.loads(capsys.readouterr().out)["learned"]
+        assert learned["steps"]["low"] <= learned["steps"]["value"] <= learned["steps"]["high"]
+        assert run(["evaluate", "pole", "--episodes", "20"]) == 0
+        assert "95 % interval" in capsys.readouterr().out
+        assert not Path("pole/policy.png").exists()
+
+    def test_quiet(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["train", *GRID, "--steps", "100", "--num-envs", "2", "--quiet", *SMALL]) == 0
+        assert capsys.readouterr().out == ""
+
+    def test_an_automaton_file_and_the_preset_of_the_thesis(self) -> None:
+        assert run(["compile", "F goal", "-o", "task.json"]) == 0
+        preset = ["--config", "thesis", "--agent", "hidden=[8]", "--out", "here", "-q"]
+        assert run(["train", "task.json", "--env", "ltlc/Grid-v0", "--steps", "80", *preset]) == 0
+        config = RunFolder.open("here").config
+        assert config.num_envs == 1 and not config.agent.double and config.agent.hidden == (8,)
+
+    def test_a_run_is_not_overwritten(self, capsys: pytest.CaptureFixture[str]) -> None:
+        small = ["--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]
+        assert run(["train", *GRID, *small]) == 0
+        assert run(["train", *GRID, *small]) == 2
+        assert "--resume" in capsys.readouterr().err
+        assert run(["train", *GRID, *small, "--force"]) == 0
+        assert run(["train", *GRID, *small, "--resume"]) == 0  # nothing is left to do
+        assert run(["train", "F(goal & X goal)", *GRID[1:], *small, "--resume"]) == 2
+        assert "has another formula" in capsys.readouterr().err
+        assert run(["train", *GRID, *small, "--resume", "--seed", "1"]) == 2
+        assert "has another agent" in capsys.readouterr().err
+
+    def test_ctrl_c_and_resume_give_the_same_as_no_interruption(self) -> None:
+        options = ("--steps", "6000", "--num-envs", "4", *SMALL)
+        running = process("train", *GRID, *options, "--out", "cut")
+        assert running.stdout is not None
+        for line in running.stdout:
+            if "1" in line.split(" steps")[0] and " steps  return" in line and int(line.split()[0]) > 1_500:
+                running.send_signal(signal.SIGINT)
+                break
+        _, error = running.communicate(timeout=60)
+        assert running.returncode == 130
+        assert "Go on with: ltlc train --resume --out cut" in error
+        assert run(["train", "--resume", "--out", "cut", "--quiet"]) == 0
+        assert run(["train", *GRID, *options, "--out", "whole", "--quiet"]) == 0
+        assert np.array_equal(q_values("cut"), q_values("whole"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["F goal", "--env", "FrozenLak-v1"], "unknown environment 'FrozenLak-v1'. Did you mean FrozenLake-v1"),
+        (["F goal", "--env", "FrozenLake-v1"], "give them with --labels module:function"),
+        (["F gaol", *LAKE[1:]], "'gaol'. Did you mean goal"),
+        (["F A & F D", "--env", "ltlc/Thesis5x5-v0"], "(no label produces it): 'D'"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "labels"], "expected module:function"),
+        (
+            ["F goal", "--env", "FrozenLake-v1", "--labels", "no_such_module:labels"],
+            "there is no module no_such_module",
+        ),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:label"], "'label'. Did you mean labels"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:nothing"], "nothing is 3; expected a function"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:fails"], "fails on a state"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:number"], "a label is nan (float)"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:wrong_type"], "a label contains 3.5 (float)"),
+        (["G !fallen", "--env", "CartPole-v1", "--labels", "sensors.py:broken"], "'fallen' is nan (float)"),
+        ([*LAKE[:-1], "zeta-discont"], "unknown reward scheme 'zeta-discont'. Did you mean zeta-discount"),
+        ([*LAKE, "--set", "zetta=0.9"], "Did you mean zeta"),
+        ([*LAKE, "--set", "zeta"], "expected KEY=VALUE"),
+        (["FG A | GF B", "--env", "ltlc/Thesis5x5-v0", "--reward", "zeta-reach"], "needs Büchi form"),
+        ([*LAKE, "--agent", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
+        ([*LAKE, "--agent", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
+        ([*LAKE, "--env-set", "colour=3"], "FrozenLake-v1 cannot be made"),
+        ([*LAKE, "--device", "gpu7"], "PyTorch cannot use the device 'gpu7'"),
+        ([*LAKE, "--out", "sensors.py"], "sensors.py is a file"),
+        ([*LAKE, "--out", "sensors.py/run"], "Not a directory"),
+        ([*LAKE, "--num-envs", "0"], "at least 1"),
+        (["G !fallen", "--env", "Pendulum-v1", "--labels", "sensors.py:standing"], "the agent needs discrete actions"),
+        (["F goal"], "give a FORMULA and an environment"),
+        (["--resume", "--out", "nowhere"], "nowhere is no run folder"),
+        (["F goal &", *LAKE[1:]], "line 1, column 9"),
+    ],
+)
+def test_wrong_input(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    assert run(["train", "--steps", "50", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error
+    assert not Path("runs").exists()
+
+
+def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["train", *GRID, "--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]) == 0
+    here = Path("here")
+    content = {
+        name: (here / name).read_bytes() for name in ("policy.ltlc", "config.json", "dra.json", "checkpoint.ltlc")
+    }
+    damages = [
+        ("policy.ltlc", content["policy.ltlc"][:-100], "policy is damaged"),
+        ("policy.ltlc", None, "holds no policy yet"),
+        ("dra.json", content["dra.json"][:50], "dra.json"),
+        ("dra.json", None, "dra.json is missing"),
+        ("config.json", b"{", "config.json is not the configuration of a run"),
+        ("config.json", b'{"format": 1}', "is missing"),
+        ("config.json", content["config.json"].replace(b'"format": 1', b'"format": 9'), "this version reads format 1"),
+        ("config.json", None, "no run folder"),
+    ]
+    for name, damaged, message in damages:
+        if damaged is None:
+            (here / name).unlink()
+        else:
+            (here / name).write_bytes(damaged)
+        assert run(["evaluate", "here"]) == 2
+        error = capsys.readouterr().err
+        assert message in error and "Traceback" not in error
+        (here / name).write_bytes(content[name])
+    (here / "checkpoint.ltlc").write_bytes(content["checkpoint.ltlc"][:-9])
+    assert run(["train", "--resume", "--out", "here"]) == 2
+    assert "checkpoint is damaged" in capsys.readouterr().err
+    assert run(["evaluate", "here", "--episodes", "1"]) == 2
+
+
+class TestSolve:
+    def test_frozen_lake(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["solve", *LAKE, "--json", "-o", "policy.png"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert answer["maximum_satisfaction"] == pytest.approx([14 / 17] * 3)
+        assert answer["optimal"]["satisfaction"] == pytest.approx(14 / 17)
+        assert answer["optimal"]["first_acceptance_steps"] == "inf"
+        assert Path("policy.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_text(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["solve", "F A", "--env", "ltlc/Thesis5x5-v0", "--gamma", "0.9"]) == 0
+        out = capsys.readouterr().out
+        assert "25" in out and "product states" in out and "expected return, discounted" in out
+
+    def test_a_return_without_a_finite_optimum(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["solve", "GF A", "--env", "ltlc/Thesis5x5-v0", "--reward", "accept", "--gamma", "1"]) in (0, 2)
+        assert "Traceback" not in capsys.readouterr().err
+
+    def test_unknown_dynamics(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["solve", *POLE[:5]]) == 2
+        assert "dynamics of CartPole-v1 are not known" in capsys.readouterr().err
+
+    def test_no_map(self, capsys: pytest.CaptureFixture[str]) -> None:
+        Path("taxi.py").write_text(
+            "def labels(observation, info):\n    return {'start'} if observation == 0 else set()\n"
+        )
+        taxi = ["F start", "--env", "Taxi-v3", "--labels", "taxi.py:labels"]
+        assert run(["solve", *taxi, "-o", "policy.png"]) == 2
+        assert "no map" in capsys.readouterr().err
+
+
+class TestReproduce:
+    def test_case_1(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(reproduce, "QUICK", 500)
+        assert run(["reproduce", "case1", "--static", "--quick"]) == 0
+        out = capsys.readouterr().out
+        assert "thesis" in out and "3 h" in out and "-792.4" in out and "-563.9" in out
+        assert {path.name for path in Path("reproduce/case1").iterdir()} == {
+            "static-0",
+            "figure-5.2.png",
+            "learning.png",
+        }
+
+    def test_run_time_comparison(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(reproduce, "QUICK", 1000)
+        assert run(["reproduce", "runtime", "--quick", "--out", "here"]) == 0
+        out = capsys.readouterr().out
+        assert ">25 h (AMEC)" in out and "table 5.2" in out
+        assert run(["reproduce", "case2", "--dynamic", "--quick", "--out", "there", "--json"]) == 0
+        (entry,) = json.loads(capsys.readouterr().out)
+        assert entry["thesis_hours"] == 17.0
+        assert entry["optimal"]["total_return"] == pytest.approx(-979.2, abs=0.05)
+        assert Path("there/figure-5.4.png").exists()
+
+    def test_wrong_options(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["reproduce", "runtime", "--static"]) == 2
+        assert run(["reproduce", "case1", "--seeds", "0"]) == 2
+
+
+def test_what_the_states_of_the_thesis_wait_for() -> None:
+    setting = Setting(env="ltlc/Thesis10x10-v0", initial_label="skip")
+    task = Task(recorded_automaton("phi_1"))
+    assert setting.model is not None
+    judge = Judge(setting.model, task.automaton, task.tables, initial_label="skip")
+    waits = waits_for(task.automaton, judge.letter_classes)
+    assert waits[:5] == ["violated", *(f"waits for {name} & !C" for name in "ABTT")]
+    assert waits_for(recorded_automaton("phi_3"), np.arange(2))[3] == "cannot accept here"
+
+
+@pytest.mark.parametrize("name", ["frontier", "two-discount", "zeta-reach"])
+def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> None:
+    setting = Setting(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
+    assert setting.model is not None
+    task = Task("GF A & G !C", get_scheme(name))
+    judge = Judge(setting.model, task.automaton, task.tables)
+    assert judge.maximum.probability == pytest.approx(0.0)
+    task = Task("GF A & GF B", get_scheme(name))
+    judge = Judge(setting.model, task.automaton, task.tables)
+    assert judge.maximum.probability == 1
+    assert judge.optimum is not None and judge.optimum.satisfaction == 1
+
+
+def test_default_folder() -> None:
+    assert default_folder("F(A & F B) & G !C", "ltlc/Thesis10x10-v0", 3) == Path("runs/f-a-f-b-g-c-thesis10x10-v0-3")
+    assert len(default_folder("F x & " * 50 + "G y", "FrozenLake-v1", 0).name) < 70

@@ -1,0 +1,246 @@
+"""The whole translation: known sizes, canonical output, budgets, errors, and formulas at the edges."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+
+import ltlc
+from ltlc.automata import RabinAutomaton
+from ltlc.automata.rabin import Acceptance
+from ltlc.errors import (
+    AlphabetLimitExceeded,
+    InvalidArgumentError,
+    LimitExceeded,
+    StateLimitExceeded,
+    TimeLimitExceeded,
+    UnknownNameError,
+)
+from ltlc.ltl import parse
+from ltlc.translate import TRANSLATORS, translate
+
+THESIS = {
+    "F(A & F B) & G!C & FG T": (5, 4),
+    "F(A & F(B & F T)) & GF A & GF B & G!C": (7, 6),
+    "F(A & F(B & F T))": (4, 4),
+    "F(A & F(B & F T)) & GF A & GF B": (6, 5),
+}
+"""formula -> states with acceptance on states and on transitions, deadlock included."""
+
+SAMPLE = (
+    *THESIS,
+    "true",
+    "a U (b R c)",
+    "G(a -> F b) & (c W d)",
+    "(GF a | FG b) & (GF c | FG d)",
+    "GF a & GF b & GF c",
+    "(GF a -> GF b) & (GF c -> GF d)",
+    "G(a | F(b & X c)) -> F(d U a)",
+    "F(a & X(b U G c))",
+    "G((F a & F b) | G c)",
+    "(a xor X b) U (F c <-> G a)",
+)
+PLACES = "abcdeghijklm"  # f would read as a doubtful false
+EXCLUSIVE = " & ".join(f"G !({p} & {q})" for p, q in combinations(PLACES, 2))
+HARD = " & ".join(f"(G(a{i} | F b{i}) | F(c & X(b{i} U G a{i})))" for i in range(3))
+
+
+def build(text: str, acceptance: Acceptance = "transition", translator: str = "auto") -> RabinAutomaton:
+    return translate(parse(text), acceptance=acceptance, translator=translator)
+
+
+@pytest.mark.parametrize(("text", "sizes"), THESIS.items())
+def test_sizes_of_the_thesis_formulas(text: str, sizes: tuple[int, int]) -> None:
+    automata = build(text, "state"), build(text, "transition")
+    assert tuple(a.n_states for a in automata) == sizes
+    assert [a.n_pairs for a in automata] == [1, 1]
+
+
+def digest(text: str) -> str:
+    """Of every array that any construction makes of the formula."""
+    summary = hashlib.sha256()
+    forms: list[tuple[str, Acceptance]] = [("auto", "state"), *((t, "transition") for t in ("auto", *TRANSLATORS))]
+    for translator, acceptance in forms:
+        try:
+            a = translate(parse(text), translator=translator, acceptance=acceptance, max_states=100)
+        except (InvalidArgumentError, StateLimitExceeded) as error:
+            summary.update(str(error).encode())
+            continue
+        for array in (a.delta, a.letter_class, a.fin, a.inf):
+            summary.update(f"{array.dtype}{array.shape}".encode() + array.tobytes())
+        summary.update(f"{a.aps}{a.initial_state}{a.translator}{a.formula}".encode())
+    return summary.hexdigest()
+
+
+def test_the_same_bytes_on_every_run() -> None:
+    """Under any hash seed, and whatever was translated before in the same process."""
+    program = (
+        "import sys, test_translate_pipeline as t\n"
+        "order = t.SAMPLE if sys.argv[1] == 'forward' else t.SAMPLE[::-1]\n"
+        "found = {text: t.digest(text) for text in order}\n"
+        "print(*(found[text] for text in t.SAMPLE), sep='\\n')"
+    )
+    paths = [str(Path(__file__).parent), str(Path(ltlc.__file__).parents[1])]
+    runs = []
+    for seed, order in (("0", "forward"), ("1", "backward"), ("4242", "forward")):
+        environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(paths)}
+        command = [sys.executable, "-c", program, order]
+        runs.append(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
+    assert runs[0] == runs[1] == runs[2]
+    assert len(set(runs[0].split())) == len(SAMPLE)
+
+
+# -- what is refused --------------------------------------------------------------------------------------------------
+
+
+def test_an_unknown_translator_is_answered_with_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match=r"unknown translator 'saffra'. Did you mean safra"):
+        build("a", translator="saffra")
+
+
+def test_an_unknown_acceptance_is_refused() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"'edge'; it can be 'state' or 'transition'"):
+        build("a", "edge")  # type: ignore[arg-type]
+
+
+def test_obligation_applies_to_obligations_only() -> None:
+    assert build("F a & G b | X c", translator="obligation").translator == "obligation"
+    with pytest.raises(InvalidArgumentError, match="use another translator"):
+        build("G F a", translator="obligation")
+
+
+def test_the_normal_form_has_a_limit_of_its_own() -> None:
+    text = "G(a | " + " & ".join(f"(b{i} | F(c{i} & G d{i}))" for i in range(5)) + ")"
+    with pytest.raises(StateLimitExceeded, match=r"guess \d+ fixpoints, more than 8: use another translator"):
+        build(text, translator="normal-form")
+
+
+def test_too_many_propositions() -> None:
+    with pytest.raises(AlphabetLimitExceeded, match=r"21 atomic propositions; .* at most 20"):
+        build(" & ".join(f"F a{i}" for i in range(21)))
+
+
+@pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])
+def test_the_limit_on_states(translator: str) -> None:
+    text = " & ".join(f"F(a{i} & X F a{i + 1})" for i in range(6))
+    with pytest.raises(StateLimitExceeded) as caught:
+        translate(parse(text), translator=translator, max_states=20)
+    message = str(caught.value)
+    assert message.startswith(str(parse(text))[:40])
+    assert "more than 20 states" in message
+    assert "--max-states, max_states=" in message
+
+
+@pytest.mark.parametrize("translator", ["auto", "product", "safra", "dual-safra", "dual-normal-form"])
+def test_the_limit_on_time(translator: str) -> None:
+    with pytest.raises(TimeLimitExceeded) as caught:
+        translate(parse(HARD), translator=translator, timeout=0.02)
+    message = str(caught.value)
+    assert message.startswith(str(parse(HARD))[:40])
+    assert "0.02 s" in message
+    assert "--timeout, timeout=" in message
+
+
+def test_hard_formulas_end_by_a_limit() -> None:
+    with pytest.raises(LimitExceeded):
+        translate(parse(HARD), max_states=300, timeout=0.3)
+
+
+def test_a_limit_on_one_construction_does_not_stop_the_others() -> None:
+    """Safra trees for these grow beyond the first rounds, the product does not."""
+    text = "(GF a | FG b) & (GF c | FG d)"
+    with pytest.raises(StateLimitExceeded):
+        translate(parse(text), translator="safra", max_states=10)
+    assert translate(parse(text), acceptance="transition", max_states=10).n_states <= 10
+
+
+# -- formulas at the edges --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
+@pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])
+def test_constants_have_one_state(translator: str, acceptance: Acceptance) -> None:
+    for text, accepted, aps in [
+        ("true", True, ()),
+        ("false", False, ()),
+        ("a | !a", True, ("a",)),
+        ("F a & G !a", False, ("a",)),
+        ("G(true U true)", True, ()),
+        ("X X false", False, ()),
+    ]:
+        automaton = build(text, acceptance, translator)
+        assert automaton.n_states == 1, text
+        assert automaton.n_pairs == 1
+        assert automaton.aps == aps
+        assert automaton.accepts() == accepted
+        assert automaton.deadlocks == (() if accepted else (0,))
+        assert automaton.accepting_sinks == ((0,) if accepted else ())
+
+
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
+def test_many_propositions(acceptance: Acceptance) -> None:
+    every = build("G(" + " & ".join(f"a{i}" for i in range(1, 21)) + ")", acceptance)
+    assert (every.n_states, every.n_classes, len(every.aps)) == (2, 2, 20)
+    assert every.accepts([], [every.aps])
+    assert not every.accepts([every.aps[1:]], [every.aps])
+
+    some = build(" | ".join(f"F a{i}" for i in range(20)), acceptance)
+    assert (some.n_states, some.n_classes) == (2, 2)
+
+
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
+def test_families_at_the_size_that_is_promised(acceptance: Acceptance) -> None:
+    reach = build(" & ".join(f"F a{i}" for i in range(1, 9)), acceptance)
+    assert reach.n_states == 2**8
+    assert reach.accepts([{f"a{i}"} for i in range(1, 9)], [()])
+    assert not reach.accepts([{f"a{i}"} for i in range(1, 8)], [()])
+
+    patrol = build(" & ".join(f"GF a{i}" for i in range(1, 7)), acceptance)
+    assert patrol.n_states == (7 if acceptance == "state" else 6)
+    assert patrol.accepts([], [{f"a{i}"} for i in range(1, 7)])
+    assert not patrol.accepts([], [{f"a{i}"} for i in range(1, 6)])
+
+    until = build(" U (".join(f"a{i}" for i in range(1, 13)) + ")" * 11, acceptance)
+    assert until.n_states == 13
+    assert until.accepts([{f"a{i}"} for i in range(1, 13)], [()])
+    assert not until.accepts([{"a2"}, {"a1"}], [{"a12"}])
+
+
+@pytest.mark.parametrize(
+    ("task", "state_based", "transition_based"),
+    [("F(a & F(b & F c)) & G !d", 5, 5), ("GF a & GF b & (!c U d)", 5, 4), ("F(a & F(b & F c)) & G(e -> F g)", 9, 9)],
+)
+def test_twelve_exclusive_places(task: str, state_based: int, transition_based: int) -> None:
+    text = f"{EXCLUSIVE} & {task}"
+    assert build(text, "state").n_states <= state_based
+    automaton = build(text, "transition")
+    assert automaton.n_states <= transition_based
+    assert automaton.n_classes <= 13
+    assert not automaton.accepts([{"a", "b"}], [{"c"}])
+
+
+def test_propositions_keep_their_order_even_if_they_do_not_matter() -> None:
+    automaton = build("(b | !b) & F a & (c -> c)")
+    assert automaton.aps == ("b", "a", "c")
+    assert automaton.n_classes == 2
+
+
+def test_deep_formulas_translate() -> None:
+    assert build("X " * 200 + "a").n_states == 203
+    assert build("F(a & X " * 30 + "F b" + ")" * 30).n_states == 32
+    assert build(" & ".join(["G a"] * 300)).n_states == 2
+
+
+def test_registry() -> None:
+    assert list(TRANSLATORS) == [c.name for c in TRANSLATORS.values()]
+    for construction in TRANSLATORS.values():
+        assert construction.description.endswith(".")
+        assert construction.citation
+    with pytest.raises(TypeError):
+        TRANSLATORS["new"] = next(iter(TRANSLATORS.values()))  # type: ignore[index]
