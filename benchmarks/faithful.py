@@ -20,10 +20,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ltlc import compile
 from ltlc.faithful import Candidate, FaithfulnessReport, faithfulness
 from ltlc.mdp import LabelledMDP
 
-UP, RIGHT, DOWN, LEFT, STAY = (-1, 0), (0, 1), (1, 0), (0, -1), (0, 0)
+UP, RIGHT, DOWN, LEFT = (-1, 0), (0, 1), (1, 0), (0, -1)
 Cell = tuple[int, int]
 Outcomes = Mapping[Cell, float]
 """move -> probability"""
@@ -117,21 +118,20 @@ def safe_absorbing() -> LabelledMDP:
 
 def gate() -> LabelledMDP:
     """A corridor to the right that may end in a trap, or none."""
-    stay, right = {STAY: 1.0}, {RIGHT: 1.0}
-    blocked = [(1, column) for column in range(1, 10)]
-    absorbing = [(0, 9), (2, 9), *[(3, column) for column in range(10)]]
+    right = {RIGHT: 1.0}
+    blocked = [(row, column) for row in (1, 3) for column in range(1, 10)]
+    absorbing = [(0, 9), (2, 9), (3, 0)]
     special = {(0, column): [right] * 4 for column in range(9)} | {(2, 0): [{RIGHT: 0.8, DOWN: 0.2}] * 4}
     labels = {(0, column): "a" for column in range(9)} | {(2, 9): "a", (3, 0): "c"}
-    assert stay
-    return grid(
-        4, 10, sideways(0.8, 0.1), labels, start=(1, 0), blocked=blocked, absorbing=absorbing, special=special
-    )
+    return grid(4, 10, sideways(0.8, 0.1), labels, start=(1, 0), blocked=blocked, absorbing=absorbing, special=special)
 
 
 def frozen_8x8() -> LabelledMDP:
-    """A slippery lake with ten holes."""
+    """A slippery lake with ten holes; they and cell a are not slippery."""
     holes = [(2, 3), (3, 5), (4, 3), (5, 1), (5, 2), (5, 6), (6, 1), (6, 4), (6, 6), (7, 3)]
-    return grid(8, 8, sideways(0.34, 0.33), dict.fromkeys(holes, "h") | {(4, 6): "b", (7, 7): "a"}, absorbing=[])
+    labels = dict.fromkeys(holes, "h") | {(4, 6): "b", (7, 7): "a"}
+    firm = dict.fromkeys([*holes, (7, 7)], sideways(1.0, 0.0))
+    return grid(8, 8, sideways(0.34, 0.33), labels, special=firm)
 
 
 def lake_4x4() -> LabelledMDP:
@@ -184,7 +184,8 @@ CANDIDATES = {
 def report(task: str, candidates: Sequence[str] | None = None) -> FaithfulnessReport:
     """The faithfulness of some or all candidates in one task."""
     case = TASKS[task]
-    return faithfulness(case.model(), case.formula, [CANDIDATES[name] for name in candidates or CANDIDATES])
+    automaton = compile(case.formula, acceptance="transition")
+    return faithfulness(case.model(), automaton, [CANDIDATES[name] for name in candidates or CANDIDATES])
 
 
 def main() -> None:

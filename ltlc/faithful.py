@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import io
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
+from ltlc.atomic import atomic_write
 from ltlc.automata import RabinAutomaton
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError
@@ -109,8 +113,8 @@ def faithfulness(
 ) -> FaithfulnessReport:
     """What each scheme really optimises in a known environment.
 
-    For each candidate the product of environment and reward tables is solved exactly for the scheme's own objective, and
-    the policy found is judged by the formula alone: as an endless run, in which a violation is final. Where several
+    For each candidate the product of environment and reward tables is solved exactly for the scheme's own objective,
+    and the policy found is judged by the formula alone: as an endless run, in which a violation is final. Where several
     policies are optimal for a scheme, one is judged; the others may do better or worse, which is itself a reason not to
     trust the scheme.
 
@@ -146,7 +150,7 @@ def _row(
     else:
         judge = Judge(mdp, automaton, tables, initial_label=initial_label)
         objective = judge.value
-        if objective is None:
+        if objective is None or judge.optimal_policy is None:
             problem = "its return has no finite maximum"
         else:
             satisfaction = judge.satisfaction(judge.optimal_policy)
@@ -154,3 +158,63 @@ def _row(
     return Faithfulness(
         candidate.name, scheme.name, scheme.parameters, scheme.guarantee, objective, satisfaction, gap, problem
     )
+
+
+def draw(path: str | os.PathLike[str], report: FaithfulnessReport, *, subtitle: str = "") -> None:
+    """Draw a report as bars, one per scheme, with the maximum as a line.
+
+    Raises:
+        InvalidArgumentError: the suffix is not .png, .svg or .pdf.
+        OSError: the file cannot be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InvalidArgumentError(f"{target}: the suffix must be .png, .svg or .pdf")
+    from matplotlib.figure import Figure
+
+    rows = report.rows[::-1]
+    figure = Figure(figsize=(8, 1.3 + 0.32 * len(rows)), layout="constrained")
+    axes = figure.add_subplot()
+    for y, row in enumerate(rows):
+        if row.satisfaction is None:
+            axes.text(0.01, y, row.problem or "", va="center", color=_GREY, size=8, style="italic")
+            continue
+        axes.barh(y, row.satisfaction, height=0.62, color=_colour(row.gap or 0.0))
+        if not row.faithful:
+            axes.text(1.02, y, f"loses {row.gap:.2g}", va="center", size=8)
+        inside = row.satisfaction > 0.85
+        axes.text(
+            row.satisfaction + (-0.01 if inside else 0.01),
+            y,
+            f"{row.satisfaction:.4f}".rstrip("0").rstrip("."),
+            va="center",
+            ha="right" if inside else "left",
+            color="white" if inside else "black",
+            size=8,
+        )
+    axes.axvline(report.maximum, color="black", linewidth=1, linestyle=(0, (4, 3)))
+    axes.text(report.maximum, len(rows) - 0.35, f"possible: {report.maximum:.4g}", ha="center", va="bottom", size=8)
+    axes.set_yticks(range(len(rows)), [row.name for row in rows])
+    axes.set_xlim(0, 1.15)
+    axes.set_xticks([0, 0.2, 0.4, 0.6, 0.8, 1])
+    axes.set_ylim(-0.6, len(rows) - 0.4)
+    axes.set_xlabel("probability that the optimal policy of the scheme satisfies the formula")
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    title = report.formula or "an automaton without a formula"
+    figure.suptitle(f"{title}\n{subtitle}" if subtitle else title, size=10)
+    content = io.BytesIO()
+    figure.savefig(content, format=target.suffix[1:].lower(), dpi=150, metadata=_undated(target))
+    atomic_write(target, content.getvalue())
+
+
+def _undated(target: Path) -> dict[str, None]:
+    """Metadata that keep the time out of the file."""
+    return {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(target.suffix.lower(), {})
+
+
+def _colour(gap: float) -> str:
+    return "#2a7f62" if gap <= FAITHFUL_GAP else "#d99a2b" if gap <= 0.01 else "#c44536"
+
+
+_GREY = "#777777"

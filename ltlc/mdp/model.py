@@ -131,7 +131,7 @@ class LabelledMDP:
         indices, data = np.empty(total, dtype=np.int32), np.empty(total)
         for a, matrix in enumerate(self.transitions):
             rows = np.flatnonzero(action == a)
-            place = ranges(pointers[rows], length[rows])
+            place = ranges(np.asarray(pointers[rows], dtype=np.int64), length[rows])
             indices[place], data[place] = matrix.indices, matrix.data
         choices = sparse.csr_array((data, indices, pointers), shape=(len(action), n))
         return ExplicitMDP(choices, start, action, self.start, n_actions=self.n_actions)

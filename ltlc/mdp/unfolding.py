@@ -169,7 +169,7 @@ class Unfolding:
     def _per_arrival(self, per_reading: FloatArray) -> FloatArray:
         if len(self.reading_arrival) == self.n_arrivals:
             return per_reading
-        return np.bincount(self.reading_arrival, per_reading, minlength=self.n_arrivals)
+        return np.bincount(self.reading_arrival, per_reading, minlength=self.n_arrivals).astype(np.float64, copy=False)
 
     def _moves(self, matrix: Any, choice_start: IntArray, base: ExplicitMDP | None = None) -> Any:
         """The environment's half of a step: choice (s, q, a) -> arrival (s', q), csr_array (n_choices, n_arrivals)."""
@@ -203,7 +203,7 @@ class Unfolding:
 
 def _rows(base: ExplicitMDP, states: IntArray) -> tuple[IntArray, IntArray]:
     """The choices of each of the given states, one after the other, and where those of each begin."""
-    counts = np.diff(base.choice_start)[states]
+    counts: IntArray = np.diff(base.choice_start)[states]
     return _pointers(counts), ranges(base.choice_start[states], counts)
 
 
