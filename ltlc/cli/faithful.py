@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlc.cli import flags, setting
+from ltlc.cli.findings import tell
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def faithful(
             f"the dynamics of {env} are not known: it is no grid world and has no transition table P, so what is "
             "optimal there cannot be computed"
         )
+    tell(automaton, place)
     report = faithfulness(place.model, automaton, candidates, initial_label=initial_label)
     if output is not None:
         _draw(Path(output), report, env)

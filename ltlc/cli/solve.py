@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ltlc.cli import flags, setting
+from ltlc.cli.findings import tell
 from ltlc.cli.verdicts import maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
@@ -73,6 +74,7 @@ def solve(
 
     print(f"{task.formula or 'an automaton without a formula'} in {env}: {judge.rewards.n_states} product states")
     print(maximum_text(judge))
+    tell(task.automaton, place)
     if judge.optimum is None:
         complain(f"warning: the rewards {reward!r} can be collected for ever without a discount: no optimal return")
         return

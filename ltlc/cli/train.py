@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from ltlc.cli import flags, setting
+from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
 from ltlc.cli.verdicts import maximum_text, print_figures
@@ -134,6 +135,7 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
         judge = reports.make_judge(run.config.setting, run.task)
         if judge is not None:
             print(maximum_text(judge))
+        tell(run.task.automaton, run.config.setting, episodes=True)
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:

@@ -46,9 +46,6 @@ def maximum_text(judge: Judge) -> str:
     maximum = judge.maximum
     value = maximum.probability
     if value == 0:
-        return (
-            "The largest probability of satisfying the formula here is 0, whatever the policy: a violation, or never "
-            "accepting again, is certain in the long run. The rewards are optimised all the same."
-        )
+        return "The largest probability of satisfying the formula here is 0."
     bounds = "" if maximum.lower == maximum.upper else f", between {maximum.lower:.9g} and {maximum.upper:.9g}"
     return f"The largest probability of satisfying the formula here is {value:.6g}{bounds}."

@@ -87,6 +87,11 @@ class Setting:
         """The exact model of the environment, or None where its dynamics are not known."""
         return self._model_of(self.label_source)
 
+    @property
+    def episode_steps(self) -> int:
+        """Where training episodes are cut."""
+        return self.max_episode_steps or self._spec.max_episode_steps or EPISODE_STEPS
+
     def vector(self, task: Task, num_envs: int) -> LTLVectorWrapper:
         """Many environments with the task around them.
 
@@ -98,7 +103,7 @@ class Setting:
             raise InvalidArgumentError(f"{num_envs} environments; at least 1 is needed")
         limit = self.max_episode_steps
         if limit is None and self._spec.max_episode_steps is None:
-            limit = EPISODE_STEPS
+            limit = self.episode_steps
         arguments = dict(self.arguments) | ({} if limit is None else {"max_episode_steps": limit})
         source = self.label_source
         if source is None and self._spec.vector_entry_point is not None:

@@ -203,14 +203,14 @@ class Unfolding:
 
 def _rows(base: ExplicitMDP, states: IntArray) -> tuple[IntArray, IntArray]:
     """The choices of each of the given states, one after the other, and where those of each begin."""
-    counts: IntArray = np.diff(base.choice_start)[states]
+    counts = np.asarray(np.diff(base.choice_start)[states], dtype=np.int32)
     return _pointers(counts), ranges(base.choice_start[states], counts)
 
 
 def _pointers(counts: IntArray) -> IntArray:
     """Where each of some consecutive ranges begins, and where the last one ends; in 32 bits where that is enough."""
     total = int(counts.sum(dtype=np.int64))
-    result = np.zeros(len(counts) + 1, dtype=np.int32 if total < 2**31 else np.int64)
+    result: IntArray = np.zeros(len(counts) + 1, dtype=np.int32 if total < 2**31 else np.int64)
     np.cumsum(counts, out=result[1:])
     return result
 
