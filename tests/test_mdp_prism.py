@@ -15,6 +15,7 @@ from ltlc.mdp import (
     Product,
     induced_process,
     max_satisfaction_probability,
+    product_process,
     read_explicit,
     read_state_rewards,
     satisfaction_probability,
@@ -152,6 +153,8 @@ def test_storm_agrees_on_models_and_on_policies(tmp_path: Path, seed: int) -> No
         assert storm_says(stormpy, explicit(mdp), f"Pmax=? [{text}]") == pytest.approx(best.probability, abs=1e-5)
         if text.startswith("!"):  # PRISM states that are not reached are not built, so their labels may be missing
             assert storm_says(stormpy, symbolic, f"Pmax=? [{text}]") == pytest.approx(best.probability, abs=1e-5)
+        again = storm_says(stormpy, explicit(product_process(product)), f"Pmax=? [{text}]")
+        assert again == pytest.approx(best.probability, abs=1e-5)
         policy = product.choice_action[product.choice_start[:-1]]
         ours = satisfaction_probability(product, policy).probability
         chain = explicit(induced_process(product, policy))

@@ -21,7 +21,7 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.policy_evaluation import policy_evaluation
 from ltlc.mdp.policy_iteration import optimal_total_reward, policy_iteration
-from ltlc.mdp.prism import induced_process, to_prism_language, with_sure_labels, write_explicit
+from ltlc.mdp.prism import induced_process, product_process, to_prism_language, with_sure_labels, write_explicit
 from ltlc.mdp.prism_reader import read_explicit, read_state_rewards
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
@@ -63,6 +63,7 @@ __all__ = [
     "optimal_total_reward",
     "policy_evaluation",
     "policy_iteration",
+    "product_process",
     "read_explicit",
     "read_state_rewards",
     "satisfaction_probability",

@@ -15,7 +15,7 @@ import io
 import os
 import re
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -61,6 +61,21 @@ def with_sure_labels(mdp: LabelledMDP) -> tuple[LabelledMDP, IntArray]:
     return sure, origin
 
 
+def product_process(product: Product) -> LabelledMDP:
+    """A product as a process of its own, with the labels of the MDP.
+
+    Raises:
+        InvalidArgumentError: labels are random (see `with_sure_labels`).
+    """
+    shape = (product.n_states, product.n_choices)
+    transitions = []
+    for action in range(product.n_actions):
+        rows = np.flatnonzero(product.choice_action == action)
+        pick = sparse.csr_array((np.ones(len(rows)), (product.choice_state[rows], rows)), shape=shape)
+        transitions.append(pick @ product.matrix)
+    return _with_labels_of(product, tuple(transitions), product.mdp.action_names)
+
+
 def induced_process(product: Product, policy: npt.ArrayLike) -> LabelledMDP:
     """The Markov chain of a policy on product states, as a process with one action and the labels of the MDP.
 
@@ -70,18 +85,23 @@ def induced_process(product: Product, policy: npt.ArrayLike) -> LabelledMDP:
     Raises:
         InvalidArgumentError: the policy does not fit, or labels are random (see `with_sure_labels`).
     """
-    mdp = product.mdp
-    letters = _sure_letters(mdp)
-    matrix = product.policy_matrix(policy) @ product.matrix
-    used, column = np.unique(letters[product.mdp_state], return_inverse=True)
+    return _with_labels_of(product, (product.policy_matrix(policy) @ product.matrix,), None)
+
+
+def _with_labels_of(
+    product: Product, transitions: tuple[Any, ...], action_names: tuple[str, ...] | None
+) -> LabelledMDP:
     n = product.n_states
+    letters, column = np.unique(_sure_letters(product.mdp)[product.mdp_state], return_inverse=True)
     return LabelledMDP(
-        aps=mdp.aps,
-        transitions=(matrix,),
-        letters=used,
-        label_probability=sparse.csr_array((np.ones(n), column, np.arange(n + 1)), shape=(n, len(used))),
+        aps=product.mdp.aps,
+        transitions=transitions,
+        letters=letters,
+        label_probability=sparse.csr_array((np.ones(n), column, np.arange(n + 1)), shape=(n, len(letters))),
         initial_state=int(np.argmax(product.initial)),
         initial_distribution=product.initial,
+        state_names=tuple(product.describe(state).partition("(")[2][:-1] for state in range(n)),
+        action_names=action_names,
     )
 
 
