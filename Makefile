@@ -11,7 +11,7 @@ INSTALLED := $(VENV)/.installed
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: $(INSTALLED)  ## compile a task, draw it, judge two words
+demo: $(INSTALLED)  ## compile a task, draw it, judge two words, learn it
 	@$(BIN)/python examples/demo.py
 
 test: $(INSTALLED)  ## run all tests

@@ -117,8 +117,8 @@ class ObservationEncoder:
             bounded = (low > -UNBOUNDED) & (high < UNBOUNDED) & (high > low)
             if self.mode == "raw" or not bounded.any():
                 return flat
-            center = np.where(bounded, (low + high) / 2, 0.0)
-            radius = np.where(bounded, (high - low) / 2, 1.0)
+            low, high = np.where(bounded, low, -1.0), np.where(bounded, high, 1.0)
+            center, radius = (low + high) / 2, (high - low) / 2
             return (flat - _like(center, flat)) / _like(radius, flat)
         if isinstance(space, spaces.MultiBinary) or self.mode == "raw":
             return packed.to(torch.float32)

@@ -138,7 +138,7 @@ def draw_policy(
     n_columns = min(len(states), 4 if len(states) > 6 or len(states) == 4 else 3)
     n_rows = -(-len(states) // n_columns)
     rows, columns = len(board.text), board.columns
-    cell = 0.34 if max(rows, columns) > 6 else 0.5
+    cell = 0.34 if max(rows, columns) > 6 else 0.56
     width, height = columns * cell, rows * cell
     above, below, gap, panel_title = 0.8 if subtitle else 0.55, 0.75, 0.3, 0.48
     size = (
@@ -147,7 +147,9 @@ def draw_policy(
     )
     figure = Figure(figsize=size, facecolor=PAPER)
     FigureCanvasAgg(figure)
-    left = (size[0] - n_columns * width - (n_columns - 1) * gap) / 2
+    left = gap
+    free = np.array([character == "." for character in board.cells])
+    never = bool((~seen[free][:, states]).any())
     for i, state in enumerate(states):
         row, column = divmod(i, n_columns)
         bottom = size[1] - above - (row + 1) * (height + panel_title)
@@ -162,7 +164,7 @@ def draw_policy(
     figure.text(left / size[0], 1 - 0.32 / size[1], title, fontsize=13, color=INK, va="center", fontweight="bold")
     if subtitle:
         figure.text(left / size[0], 1 - 0.62 / size[1], subtitle, fontsize=9, color=FAINT, va="center")
-    _legend(figure, board, left, size, bool((~seen[:, states]).any()))
+    _legend(figure, board, left, size, never)
     return _saved(figure, path)
 
 
@@ -363,6 +365,7 @@ def draw_curves(
         ncols=max(n_columns, 1),
         frameon=False,
         fontsize=8.5,
+        columnspacing=1.6,
         labelcolor=INK,
     )
     return _saved(figure, path)
@@ -375,11 +378,11 @@ def _curve(axes: Axes, curve: Curve, colour: str, window: int, *, alone: bool) -
     if curve.learned is None:
         axes.plot(curve.x, middle, color=colour, linewidth=1.7, label=curve.name)
     else:
-        axes.plot(curve.x, middle, color=colour, linewidth=0.8, alpha=0.6, label=f"{prefix}episodes while exploring")
+        axes.plot(curve.x, middle, color=colour, linewidth=0.8, alpha=0.6, label=f"{prefix}while exploring")
         _, best, _ = moving_percentiles(np.atleast_2d(curve.learned), 1)
-        axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}policy learned so far, exact")
+        axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}learned so far, exact")
     if curve.optimum is not None and np.isfinite(curve.optimum):
-        text = f"{prefix}exact optimum, {curve.optimum:.4g}"
+        text = f"{prefix}exact optimum {curve.optimum:.5g}"
         axes.axhline(curve.optimum, color=colour, linewidth=1.1, linestyle=(0, (5, 3)), label=text)
 
 

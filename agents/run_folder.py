@@ -32,6 +32,7 @@ from ltlc.rewards import OnDeadlock, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
+from .collect import Interface
 from .config import DQNConfig
 from .dqn import DoubleDQN
 from .metrics import METRICS_FILE
@@ -155,9 +156,31 @@ class RunFolder:
             raise FileFormatError(f"{folder / AUTOMATON_FILE} is missing; the run cannot be used without it") from error
         return cls(folder, config, automaton)
 
+    def differs(self, config: RunConfig, automaton: RabinAutomaton) -> list[str]:
+        """What another configuration or automaton has different; device and threads do not count."""
+        before, now = self.config.to_dict(), json.loads(json.dumps(config.to_dict()))
+        for values in (before, now):
+            del values["ltlc"], values["agent"]["device"], values["agent"]["threads"]
+        same = formats.to_json(self.automaton) == formats.to_json(automaton)
+        return [*([] if same else ["formula"]), *(key for key in now if now[key] != before[key])]
+
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""
         return self.config.setting.vector(self.task, self.config.num_envs)
+
+    def check(self) -> None:
+        """Make everything once, so that wrong input is found before anything is written.
+
+        Raises:
+            LtlcError: the environment, its labels, the task and the hyperparameters do not go together.
+        """
+        env = self.vector_env()
+        try:
+            interface = Interface.of(env)
+            DoubleDQN(interface.space, interface.n_actions, interface.tables, self.config.agent)
+            env.reset(seed=self.config.agent.seed)
+        finally:
+            env.close()
 
     def train(self, *, resume: bool = False, callback: Callback | None = None) -> TrainingResult:
         """Train to the end, or go on; see `ltlc.agents.train`."""

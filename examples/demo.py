@@ -1,11 +1,14 @@
-"""A task in temporal logic, from its text to a picture and two verdicts; `make demo` runs it.
+"""A task in temporal logic, from its text to a picture, a trained policy and an exact verdict; `make demo` runs it.
 
 The task is the first one of the source work: visit A and later B, never enter C, and in the end stay at T.
+
+    python examples/demo.py [--quick]
 """
 
 from __future__ import annotations
 
 import shlex
+import sys
 from pathlib import Path
 
 from ltlc.cli.app import run
@@ -23,15 +26,17 @@ def ltlc(*arguments: str) -> int:
     return code
 
 
-def main() -> None:
+def main(*options: str) -> int:
     FOLDER.mkdir(exist_ok=True)
-    automaton, picture = str(FOLDER / "task.json"), str(FOLDER / "task.svg")
+    automaton, picture, learned = str(FOLDER / "task.json"), str(FOLDER / "task.svg"), str(FOLDER / "learned")
     ltlc("compile", TASK, "-o", automaton)
     drawn = ltlc("show", automaton, "-o", picture) == 0
     ltlc("check", automaton, "--word", "A; B; cycle{T}")
     ltlc("check", TASK, "--word", "A; C; B; cycle{T}")
+    code = ltlc("reproduce", "case1", "--dynamic", "--out", learned, *options)
     print(f"\nThe automaton is in {automaton}{f', its picture in {picture}' if drawn else ''}.")
+    return code
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main(*sys.argv[1:]))

@@ -1,1 +1,1 @@
-
+"""The grammars of formulas and of HOA files, as data."""

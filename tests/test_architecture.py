@@ -47,7 +47,7 @@ THIRD_PARTY = {
     "atomic": set(),
     "grammars": set(),
     "ltl": {"lark"},
-    "automata": {"numpy"},
+    "automata": {"numpy", "pysat"},
     "translate": {"numpy"},
     "formats": {"numpy", "lark", "graphviz"},
     "rewards": {"numpy"},
@@ -65,7 +65,7 @@ THIRD_PARTY = {
 # A value and its text need each other: these imports happen inside a function, late.
 MUTUAL = {("ltlc.ltl.formula", "ltlc.ltl.printer")}
 
-HEAVY = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "typer", "rich"]
+HEAVY = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "typer", "rich", "pysat"]
 
 
 @dataclass(frozen=True)

@@ -124,11 +124,11 @@ class TestTrain:
         assert "has another agent" in capsys.readouterr().err
 
     def test_ctrl_c_and_resume_give_the_same_as_no_interruption(self) -> None:
-        options = ("--steps", "6000", "--num-envs", "4", *SMALL)
+        options = ("--steps", "2400", "--num-envs", "2", "--agent", "train_frequency=8", *SMALL)
         running = process("train", *GRID, *options, "--out", "cut")
         assert running.stdout is not None
         for line in running.stdout:
-            if "1" in line.split(" steps")[0] and " steps  return" in line and int(line.split()[0]) > 1_500:
+            if "1" in line.split(" steps")[0] and " steps  return" in line and int(line.split()[0]) > 1_300:
                 running.send_signal(signal.SIGINT)
                 break
         _, error = running.communicate(timeout=60)
@@ -171,7 +171,7 @@ class TestTrain:
         (["G !fallen", "--env", "Pendulum-v1", "--labels", "sensors.py:standing"], "the agent needs discrete actions"),
         (["F goal"], "give a FORMULA and an environment"),
         (["--resume", "--out", "nowhere"], "nowhere is no run folder"),
-        (["F goal &", *LAKE[1:]], "line 1, column 9"),
+        (["F goal &", *LAKE[1:]], "line 1, column 8"),
     ],
 )
 def test_wrong_input(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str], folder: Path) -> None:
@@ -225,7 +225,7 @@ class TestSolve:
     def test_text(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["solve", "F A", "--env", "ltlc/Thesis5x5-v0", "--gamma", "0.9"]) == 0
         out = capsys.readouterr().out
-        assert "25" in out and "product states" in out and "expected return, discounted" in out
+        assert "24 product states" in out and "expected return, discounted" in out
 
     def test_a_return_without_a_finite_optimum(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["solve", "GF A", "--env", "ltlc/Thesis5x5-v0", "--reward", "accept", "--gamma", "1"]) in (0, 2)
@@ -239,7 +239,7 @@ class TestSolve:
         Path("taxi.py").write_text(
             "def labels(observation, info):\n    return {'start'} if observation == 0 else set()\n"
         )
-        taxi = ["F start", "--env", "Taxi-v3", "--labels", "taxi.py:labels"]
+        taxi = ["F start", "--env", "Taxi-v4", "--labels", "taxi.py:labels"]
         assert run(["solve", *taxi, "-o", "policy.png"]) == 2
         assert "no map" in capsys.readouterr().err
 
@@ -257,7 +257,7 @@ class TestReproduce:
         }
 
     def test_run_time_comparison(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(reproduce, "QUICK", 1000)
+        monkeypatch.setattr(reproduce, "QUICK", 3000)
         assert run(["reproduce", "runtime", "--quick", "--out", "here"]) == 0
         out = capsys.readouterr().out
         assert ">25 h (AMEC)" in out and "table 5.2" in out

@@ -4,11 +4,14 @@ from ltlc.automata.alphabet import Alphabet, guard_text
 from ltlc.automata.annotate import Annotations, ComponentKind, annotate
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.automata.canonical import canonical
+from ltlc.automata.collapse import Minimized, collapse
 from ltlc.automata.compare import counterexample, equivalent, equivalent_states, included, is_empty
+from ltlc.automata.lower_bound import lower_bound
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.rabin import RabinAutomaton, RabinPair
 from ltlc.automata.reduce import merge_bisimilar, merge_equivalent, reduce
 from ltlc.automata.retarget import merge_by_trial
+from ltlc.automata.sat_minimize import minimize
 from ltlc.automata.state_based import to_state_based, to_transition_based
 
 __all__ = [
@@ -17,19 +20,23 @@ __all__ = [
     "BuchiAutomaton",
     "BuchiEdge",
     "ComponentKind",
+    "Minimized",
     "RabinAutomaton",
     "RabinPair",
     "annotate",
     "canonical",
+    "collapse",
     "counterexample",
     "equivalent",
     "equivalent_states",
     "guard_text",
     "included",
     "is_empty",
+    "lower_bound",
     "merge_bisimilar",
     "merge_by_trial",
     "merge_equivalent",
+    "minimize",
     "reduce",
     "simplify_marks",
     "to_state_based",

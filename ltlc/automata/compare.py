@@ -20,14 +20,17 @@ from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
 
+_SMALL_PRODUCT = 50_000
+"""product edges up to which plain lists are faster than arrays."""
+
 
 class _Product(NamedTuple):
     """The reachable product of two automata; node 0 is initial."""
 
     edges: MarkedGraph
     """marks of the first automaton, and those of the second shifted by twice the pairs of the first."""
-    delta: IntArray
-    """shape (n_nodes, n_letters); entry = next node."""
+    delta: Sequence[Sequence[int]]
+    """by node and letter: the next node."""
     marks: Sequence[Sequence[int]]
     """like `delta`; entry = marks of the edge."""
     aps: tuple[str, ...]
@@ -37,7 +40,7 @@ class _Product(NamedTuple):
     def letters_along(self, edges: Sequence[Edge]) -> list[int]:
         """Letters that lead along these edges."""
         columns = (
-            next(c for c in range(len(self.letters)) if self.delta[q, c] == target and self.marks[q][c] == marks)
+            next(c for c in range(len(self.letters)) if self.delta[q][c] == target and self.marks[q][c] == marks)
             for q, target, marks in edges
         )
         return [int(self.letters[c]) for c in columns]
@@ -70,7 +73,7 @@ def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
 def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[str, ...], list[int], list[int]] | None:
     """`counterexample` as propositions, and prefix and cycle as bitmasks over them.
 
-    The propositions are those that matter to one of the automata, in the order of a and then b.
+    The propositions are those of the automata, in the order of a and then b; some that do not matter may be missing.
     """
     product = _product(a, b)
     walk = accepting_walk(product.edges, exactly_one(a.n_pairs, b.n_pairs), 0)
@@ -151,8 +154,46 @@ def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[
 
 
 def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:
-    """Breadth-first over whole layers of states, so that large products are built by numpy."""
+    """The reachable pairs of states, and what is seen on the way from one to the next."""
     aps, letters, class_a, class_b = _joint_letters(a.alphabet, b.alphabet)
+    if a.n_states * b.n_states * len(letters) <= _SMALL_PRODUCT:
+        codes, delta = _explored(a, b, class_a.tolist(), class_b.tolist())
+    else:
+        codes, delta = _explored_in_layers(a, b, class_a, class_b)
+    shift = 2 * a.n_pairs
+    marks_a = [[row[c] for c in class_a.tolist()] for row in a.edge_marks]
+    marks_b = [[row[c] << shift for c in class_b.tolist()] for row in b.edge_marks]
+    marks = [
+        [m | n for m, n in zip(marks_a[code // b.n_states], marks_b[code % b.n_states], strict=True)] for code in codes
+    ]
+    edges = [sorted(set(zip(targets, row, strict=True))) for targets, row in zip(delta, marks, strict=True)]
+    return _Product(edges, delta, marks, aps, letters)
+
+
+def _explored(
+    a: RabinAutomaton, b: RabinAutomaton, class_a: list[int], class_b: list[int]
+) -> tuple[list[int], list[list[int]]]:
+    """State a * n_b + b of each product state, and the number of its successor for each letter; breadth-first."""
+    n = b.n_states
+    rows_a = [[row[c] * n for c in class_a] for row in a.rows]
+    rows_b = [[row[c] for c in class_b] for row in b.rows]
+    codes = [a.initial_state * n + b.initial_state]
+    number = {codes[0]: 0}
+    delta: list[list[int]] = []
+    for code in codes:  # grows while it is read
+        row = [p + q for p, q in zip(rows_a[code // n], rows_b[code % n], strict=True)]
+        for target in row:
+            if target not in number:
+                number[target] = len(codes)
+                codes.append(target)
+        delta.append([number[target] for target in row])
+    return codes, delta
+
+
+def _explored_in_layers(
+    a: RabinAutomaton, b: RabinAutomaton, class_a: IntArray, class_b: IntArray
+) -> tuple[list[int], list[list[int]]]:
+    """Like `_explored`, with whole layers of states at once in numpy."""
     delta_a, delta_b = a.delta[:, class_a].astype(np.int64), b.delta[:, class_b].astype(np.int64)
     layers = [np.array([a.initial_state * b.n_states + b.initial_state], dtype=np.int64)]
     seen = layers[0]
@@ -164,21 +205,15 @@ def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:
         seen = np.union1d(seen, layers[-1])
     codes = np.concatenate(layers)
     order = np.argsort(codes)
-    delta = order[np.searchsorted(codes, np.concatenate(successors), sorter=order)].astype(np.int32)
-
-    shift = 2 * a.n_pairs
-    marks_a = [[row[c] for c in class_a.tolist()] for row in a.edge_marks]
-    marks_b = [[row[c] << shift for c in class_b.tolist()] for row in b.edge_marks]
-    marks = [
-        [m | n for m, n in zip(marks_a[code // b.n_states], marks_b[code % b.n_states], strict=True)]
-        for code in codes.tolist()
-    ]
-    edges = [sorted(set(zip(targets, row, strict=True))) for targets, row in zip(delta.tolist(), marks, strict=True)]
-    return _Product(edges, delta, marks, aps, letters)
+    delta = order[np.searchsorted(codes, np.concatenate(successors), sorter=order)]
+    return codes.tolist(), delta.tolist()
 
 
 def _joint_letters(a: Alphabet, b: Alphabet) -> tuple[tuple[str, ...], IntArray, IntArray, IntArray]:
     """Propositions that matter to either, one letter per joint class, and the classes of that letter in a and in b."""
+    if a.aps == b.aps and np.array_equal(a.letter_class, b.letter_class):
+        classes = np.arange(len(a.first_letter), dtype=np.int32)
+        return a.aps, a.first_letter, classes, classes
     aps = tuple(dict.fromkeys([a.aps[i] for i in a.relevant] + [b.aps[i] for i in b.relevant]))
     if len(aps) > MAX_APS:
         raise AlphabetLimitExceeded(f"the automata depend on {len(aps)} propositions together; at most {MAX_APS} fit")

@@ -6,6 +6,8 @@ from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.automata.residuals import Part, residuals
 
+_MAX_PRODUCT_EDGES = 1_000_000
+"""bound on the product in which `is_smallest` would look for states of the same language."""
 _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
 
@@ -21,6 +23,13 @@ def lower_bound(automaton: RabinAutomaton) -> int:
         return found.n_residuals
     on_states = automaton.acceptance == "state"
     return found.n_residuals + sum(part_lower_bound(p, on_states) - len(p.residuals) for p in found.parts)
+
+
+def is_smallest(automaton: RabinAutomaton) -> bool:
+    """Whether the lower bound proves that no smaller automaton exists; large automata are not looked into."""
+    if automaton.n_states**2 * automaton.n_classes > _MAX_PRODUCT_EDGES:
+        return False
+    return lower_bound(automaton) == automaton.n_states
 
 
 def part_lower_bound(part: Part, on_states: bool) -> int:

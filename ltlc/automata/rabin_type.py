@@ -4,11 +4,10 @@ A graph is given together with an automaton that knows the verdicts: a run of bo
 whose edges carry the marks of the automaton, and one *label*, which is what the new condition may speak of: the edge of
 the graph that is taken (acceptance on transitions), or the state that is entered (acceptance on states).
 
-Rabin conditions are those where cycles that share a state and are rejected are rejected when taken together. So, below
-an accepted set of labels, the rejected cycles form groups that share no state, each rejected as a whole; and below a
-rejected set, the accepted cycles lie in the strong parts that some pair of the automaton accepts. Following both in
-turn gives a tree (an alternating cycle decomposition), or a *conflict*: an accepted cycle all of whose labels are on
-rejected cycles inside it. Every accepted node of the tree gives one pair.
+A set of labels that is accepted by a Rabin pair has a label in Inf, and then no cycle inside it with this label is
+rejected. So a *conflict*, an accepted cycle all of whose labels are on rejected cycles inside it, excludes every Rabin
+condition. Otherwise one pair accepts the largest accepted sets of labels by what is not on rejected cycles; the cycles
+that remain are looked at in the same way. (An alternating cycle decomposition, for edges.)
 
 References:
     C. Loeding: Optimal bounds for transformations of omega-automata. FSTTCS 1999, doi 10.1007/3-540-46691-6_8 (the
@@ -46,7 +45,7 @@ class LabelPair(NamedTuple):
 class Conflict(NamedTuple):
     """Why there is no Rabin condition: sets of labels, as bit masks, of one accepted and of rejected cycles.
 
-    The rejected cycles lie inside the accepted one, have all its labels, and hang together by shared states.
+    The rejected cycles lie inside the accepted one, and together have all its labels.
     """
 
     accepted: int
@@ -88,42 +87,28 @@ class CycleGraph(NamedTuple):
     def accepted_parts(self, labels: int) -> list[int]:
         """The largest sets of labels of accepted cycles with these labels."""
         edges = self.within(labels)
-        return _maximal(part for i in range(self.n_pairs) for _, part in self._parts(edges, _pair(i)))
+        return _maximal(part for i in range(self.n_pairs) for part in self._parts(edges, _pair(i)))
 
     def rejected_parts(self, labels: int) -> list[int]:
         """The largest sets of labels of rejected cycles with these labels."""
-        return _maximal(part for _, part in self._parts(self.within(labels), streett(self.n_pairs)))
+        return _maximal(self._parts(self.within(labels), streett(self.n_pairs)))
 
-    def rejected_groups(self, labels: int) -> list[tuple[int, tuple[int, ...]]]:
-        """Groups of rejected cycles that hang together by shared states: all labels of the group, and each part's."""
-        groups: list[tuple[set[int], int, list[int]]] = []
-        for nodes, part in self._parts(self.within(labels), streett(self.n_pairs)):
-            places, joint, parts = {self.runs[node][0] for node in nodes}, part, [part]
-            apart = []
-            for group in groups:
-                if places.isdisjoint(group[0]):
-                    apart.append(group)
-                else:
-                    places, joint, parts = places | group[0], joint | group[1], group[2] + parts
-            groups = [*apart, (places, joint, parts)]
-        return [(joint, tuple(parts)) for _, joint, parts in groups]
-
-    def _parts(self, edges: MarkedGraph, condition: Condition) -> Iterator[tuple[tuple[int, ...], int]]:
+    def _parts(self, edges: MarkedGraph, condition: Condition) -> Iterator[int]:
         for nodes, avoided, _ in accepting_parts(edges, condition):
             inside, seen = set(nodes), 0
             for node in nodes:
                 for target, marks in edges[node]:
                     if target in inside and not marks & avoided:
                         seen |= marks
-            yield nodes, seen >> 2 * self.n_pairs
+            yield seen >> 2 * self.n_pairs
 
     def accepted_cycle(self, labels: int) -> list[Edge]:
-        """An accepted cycle with exactly these labels, which exists and is reachable from node 0."""
+        """An accepted cycle with exactly these labels, which exists."""
         wanted = self._all_of(labels)
         return self._cycle(labels, Some(tuple(All((*_pair(i).parts, *wanted)) for i in range(self.n_pairs))))
 
     def rejected_cycle(self, labels: int) -> list[Edge]:
-        """A rejected cycle with exactly these labels, which exists and is reachable from node 0."""
+        """A rejected cycle with exactly these labels, which exists."""
         return self._cycle(labels, All((streett(self.n_pairs), *self._all_of(labels))))
 
     def _all_of(self, labels: int) -> list[Inf]:
@@ -158,37 +143,37 @@ def rabin_condition(
         max_nodes: give up, with None, when the decomposition has more nodes than this.
     """
     everything = cycles.labels() if labels is None else labels
-    todo: list[tuple[bool, int, tuple[int, ...]]] = [(everything in cycles.accepted_parts(everything), everything, ())]
+    todo = cycles.accepted_parts(everything)
     done: set[int] = set()
     pairs: list[LabelPair] = []
     while todo:
-        accepted, here, rejected = todo.pop()
-        if here in done:  # as the same kind, or there would have been a conflict
+        accepted = todo.pop()
+        if accepted in done:
             continue
-        done.add(here)
+        done.add(accepted)
         if max_nodes is not None and len(done) > max_nodes:
             return None
-        if accepted:
-            below = 0
-            for joint, parts in cycles.rejected_groups(here):
-                if joint == here:
-                    return Conflict(here, parts)
-                below |= joint
-                todo.append((False, joint, parts))
-            pairs.append(LabelPair(everything & ~here, here & ~below))
-        else:
-            parts = tuple(cycles.accepted_parts(here))
-            if here in parts:
-                return Conflict(here, rejected)
-            todo += [(True, part, ()) for part in parts]
+        rejected = cycles.rejected_parts(accepted)
+        below = 0
+        for part in rejected:
+            below |= part
+        if below == accepted:
+            return Conflict(accepted, tuple(rejected))
+        pairs.append(LabelPair(everything & ~accepted, accepted & ~below))
+        todo += cycles.accepted_parts(below)
     return pairs
 
 
-def smallest_conflict(cycles: CycleGraph, conflict: Conflict) -> Conflict:
-    """A conflict inside this one from which no label can be left out."""
-    for k in range(conflict.accepted.bit_length()):
-        if conflict.accepted >> k & 1:
-            smaller = rabin_condition(cycles, conflict.accepted & ~(1 << k))
+def smallest_conflict(cycles: CycleGraph, conflict: Conflict, columns: Sequence[int]) -> Conflict:
+    """A conflict inside this one from which no column (tried in this order) and no label can be left out."""
+    of_column = dict.fromkeys(columns, 0)
+    for edges in cycles.columns:
+        for (_, marks), c in edges.items():
+            of_column[c] |= marks >> 2 * cycles.n_pairs
+    labels = [1 << k for k in range(conflict.accepted.bit_length())]
+    for group in (*of_column.values(), *labels):
+        if conflict.accepted & group:
+            smaller = rabin_condition(cycles, conflict.accepted & ~group)
             if isinstance(smaller, Conflict):
                 conflict = smaller
     return conflict

@@ -9,6 +9,7 @@ import numpy as np
 
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import equivalent_states
+from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
@@ -28,6 +29,8 @@ def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton
         effort: see `merge_by_trial`; 0 leaves that step out.
     """
     result = _settled(merge_equivalent(merge_bisimilar(canonical(automaton))))
+    if is_smallest(result):
+        return result
     smaller = merge_by_trial(result, effort)
     return result if smaller.n_states == result.n_states else _settled(smaller)
 

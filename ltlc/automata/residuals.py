@@ -51,7 +51,7 @@ class Part:
         return len(self.step[0])
 
     def cycle_graph(self, step: Sequence[Sequence[int]], residual_of: Sequence[int], on_states: bool) -> CycleGraph:
-        """All joint runs of the part and of a table that maps onto its residuals; node 0 belongs to state 0 of both.
+        """All joint runs of the part and of a table that maps onto its residuals.
 
         Labels are states of the table if acceptance is on states, else `state * n_columns + column`.
 
@@ -60,20 +60,21 @@ class Part:
             residual_of: residual of the part, per state of the table.
             on_states: whether acceptance is to be on states.
         """
-        order = [(0, self.residual_of.index(residual_of[0]))]
-        number = {order[0]: 0}
+        order = [
+            (place, state)
+            for place, residual in enumerate(residual_of)
+            for state, other in enumerate(self.residual_of)
+            if residual == other
+        ]
+        number = {run: node for node, run in enumerate(order)}
         columns: list[dict[tuple[int, int], int]] = []
-        for place, state in order:  # grows while it is read
+        for place, state in order:
             row: dict[tuple[int, int], int] = {}
             for c, (target, marks) in enumerate(zip(self.delta[state], self.marks[state], strict=True)):
                 if target < 0:
                     continue
-                node = (step[place][c], target)
-                if node not in number:
-                    number[node] = len(order)
-                    order.append(node)
-                label = node[0] if on_states else place * self.n_columns + c
-                row.setdefault((number[node], marks | 1 << 2 * self.n_pairs + label), c)
+                label = step[place][c] if on_states else place * self.n_columns + c
+                row.setdefault((number[step[place][c], target], marks | 1 << 2 * self.n_pairs + label), c)
             columns.append(row)
         return CycleGraph(list(map(list, columns)), columns, order, self.n_pairs)
 

@@ -20,31 +20,23 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
-from itertools import combinations, product
+from itertools import combinations, pairwise, permutations, product
 from typing import Any, NamedTuple
 
 from ltlc import graph
-from ltlc.automata.rabin_type import Conflict, LabelPair, rabin_condition, smallest_conflict
+from ltlc.automata.collapse import Structure
+from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
 from ltlc.automata.residuals import Part
 from ltlc.errors import MissingProgramError, TimeLimitExceeded
 
 _SOLVER = "glucose4"
 _CONFLICTS = 2000
 """conflicts after which the solver looks at the clock."""
-_MAX_FIRST_WORDS = 40
+
+_MAX_PERMUTED = 4
+"""numbers of copies up to which all permutations are looked at."""
 
 Row = list[int]
-
-
-class Structure(NamedTuple):
-    """A component that covers a part of the residual automaton."""
-
-    residual_of: tuple[int, ...]
-    """residual of the part, per state."""
-    step: tuple[tuple[int, ...], ...]
-    """per state and column: the next state; -1 where the part is left."""
-    pairs: tuple[LabelPair, ...]
-    """labels as in `Part.cycle_graph`."""
 
 
 class Word(NamedTuple):
@@ -62,6 +54,8 @@ class _Run(NamedTuple):
     """variable; true at least if it comes back."""
     labels: dict[int, int]
     """per label that may be on the cycle, a variable: it is."""
+    kinds: frozenset[int]
+    """labels with copies of one residual taken together."""
 
 
 class Search:
@@ -88,11 +82,14 @@ class Search:
         self._clause(self._true)
         self._used = [self._variables(self.n_copies) for _ in part.residuals]
         self._delta: dict[tuple[int, int, int], Row] = {}
-        self._functions: dict[tuple[int, tuple[int, ...]], list[Row]] = {}
+        self._active: list[int] = []
+        self._numbered: set[int] = set()
         self._accepted: list[tuple[_Run, dict[int, int]]] = []
         self._rejected: list[_Run] = []
         self._declare()
-        for word in words or _first_words(part):
+        for word in words:
+            for column in word.columns:
+                self._activate(column)
             self._add(word)
 
     def run(self, deadline: float | None = None) -> Structure | None:
@@ -105,14 +102,21 @@ class Search:
             candidate = self._candidate()
             cycles = self.part.cycle_graph(candidate.step, candidate.residual_of, self.on_states)
             found = rabin_condition(cycles)
+            if deadline is not None and time.monotonic() > deadline:
+                raise TimeLimitExceeded("no smaller automaton found, and none excluded, in the time given")
             if not isinstance(found, Conflict):
-                return candidate._replace(pairs=tuple(found or ()))
-            conflict = smallest_conflict(cycles, found)
+                return self._strong(candidate)
+            # Short words over few columns exclude most.
+            inactive = [c for c in range(self.part.n_columns) if c not in self._active]
+            conflict = smallest_conflict(cycles, found, [*inactive, *self._active])
             walks = [cycles.accepted_cycle(conflict.accepted), *map(cycles.rejected_cycle, conflict.rejected)]
             n_known = len(self.words)
             for walk in walks:
                 residual = candidate.residual_of[cycles.runs[walk[0][0]][0]]
-                self._add(_normal(self.part, residual, cycles.columns_along(walk)))
+                columns = cycles.columns_along(walk)
+                for c in columns:
+                    self._activate(c)
+                self._add(_normal(self.part, residual, columns))
             assert len(self.words) > n_known
         return None
 
@@ -156,7 +160,8 @@ class Search:
         """At most `bound` of the literals are true.
 
         References:
-            C. Sinz: Towards an optimal CNF encoding of Boolean cardinality constraints. CP 2005, doi 10.1007/11564751_73.
+            C. Sinz: Towards an optimal CNF encoding of Boolean cardinality constraints. CP 2005, doi
+            10.1007/11564751_73.
         """
         if len(literals) <= bound:
             return
@@ -179,67 +184,76 @@ class Search:
         """Used copies, and one next copy per copy and column; copies that are not used lead to first copies."""
         for used in self._used:
             self._clause(used[0])
-            for one, following in zip(used, used[1:], strict=False):
+            for one, following in pairwise(used):
                 self._clause(-following, one)
         self._at_most([literal for used in self._used for literal in used[1:]], self.n_extra)
-        for r, row in enumerate(self.part.step):
-            for i, c in product(range(self.n_copies), range(self.part.n_columns)):
-                if row[c] < 0:
-                    continue
-                following = [self._true] if self.n_copies == 1 else self._variables(self.n_copies)
-                self._delta[r, i, c] = following
-                self._exactly_one(following)
-                for j, literal in enumerate(following):
-                    self._clause(-literal, self._used[row[c]][j])
-                self._clause(self._used[r][i], following[0])
-        if len(self.part.residuals) == 1:
-            self._number_breadth_first()
 
-    def _number_breadth_first(self) -> None:
-        """The copies of the only residual are numbered in the order in which a breadth-first search finds them."""
-        columns = range(self.part.n_columns)
-        columns = [c for c in columns if self.part.step[0][c] >= 0]
-        n = self.n_copies
-        leads = {(i, j): self._some([self._delta[0, i, c][j] for c in columns]) for i, j in product(range(n), repeat=2)}
-        parent: dict[tuple[int, int], int] = {}
-        for j in range(1, n):
-            for i in range(j):
-                parent[i, j] = self._variable()
-                self._clause(-parent[i, j], leads[i, j])
-                for k in range(i):
-                    self._clause(-parent[i, j], -leads[k, j])
-            self._clause(-self._used[0][j], *(parent[i, j] for i in range(j)))
-        for j in range(1, n - 1):
-            for i, k in product(range(j), range(j + 1)):
-                if k < i:
-                    self._clause(-parent[i, j], -parent[k, j + 1])
-            for i in range(j):
-                for position, c in enumerate(columns):  # j + 1 is not met by a column before the first one to j
-                    earlier = [self._delta[0, i, d][j] for d in columns[:position]]
-                    self._clause(-parent[i, j], -parent[i, j + 1], -self._delta[0, i, c][j + 1], *earlier)
+    def _activate(self, column: int) -> None:
+        """From each copy, the column leads to exactly one next copy; words of one or two columns are added."""
+        if column in self._active:
+            return
+        self._active.append(column)
+        for r, row in enumerate(self.part.step):
+            target = row[column]
+            if target < 0:
+                continue
+            for i in range(self.n_copies):
+                following = [self._true] if self.n_copies == 1 else self._variables(self.n_copies)
+                self._delta[r, i, column] = following
+                self._exactly_one(following)
+                for used, literal in zip(self._used[target], following, strict=True):
+                    self._clause(-literal, used)
+                self._clause(self._used[r][i], following[0])
+            if target == r and r not in self._numbered:
+                self._numbered.add(r)
+                self._number_copies(r, column)
+        for other in self._active:
+            for columns in dict.fromkeys([(column,), (column, other)]):
+                for residual in range(len(self.part.residuals)):
+                    if self.part.after(residual, columns) == residual:
+                        self._add(_normal(self.part, residual, columns))
+
+    def _number_copies(self, residual: int, column: int) -> None:
+        """Copies can be permuted: what a column that stays in the residual does with them is the first of its kind."""
+        lead = [self._delta[residual, i, column] for i in range(self.n_copies)]
+        if self.n_copies > _MAX_PERMUTED:
+            for i, literals in enumerate(lead):
+                for literal in literals[i + 2 :]:
+                    self._clause(-literal)
+            return
+        used = [*self._used[residual], -self._true]
+        for n in range(2, self.n_copies + 1):
+            orders = list(permutations(range(n)))
+            for images in product(range(n), repeat=n):
+                if any(_renamed(images, order) < images for order in orders):
+                    steps = (-lead[i][j] for i, j in enumerate(images))
+                    self._clause(-used[n - 1], used[n], *steps)
 
     def _candidate(self) -> Structure:
-        """A last strong component of what the solver found."""
-        model = self._solver.get_model()
-        order = [(0, 0)]
-        number = {order[0]: 0}
-        step: list[list[int]] = []
-        for r, i in order:  # grows while it is read
-            row = []
-            for c, target in enumerate(self.part.step[r]):
-                if target < 0:
-                    row.append(-1)
-                    continue
-                copy = (target, next(j for j, literal in enumerate(self._delta[r, i, c]) if model[literal - 1] > 0))
-                if copy not in number:
-                    number[copy] = len(order)
-                    order.append(copy)
-                row.append(number[copy])
-            step.append(row)
-        component = graph.strong_components([[t for t in row if t >= 0] for row in step])
-        kept = [q for q in range(len(order)) if component[q] == max(component)]
+        """What the solver found; columns that are not active lead to first copies."""
+        true = {literal for literal in self._solver.get_model() if literal > 0}
+        order = [(r, i) for r, used in enumerate(self._used) for i, literal in enumerate(used) if literal in true]
+        number = {copy: q for q, copy in enumerate(order)}
+
+        def following(r: int, i: int, c: int) -> int:
+            target = self.part.step[r][c]
+            if target < 0 or c not in self._active:
+                return number[target, 0] if target >= 0 else -1
+            return number[target, next(j for j, literal in enumerate(self._delta[r, i, c]) if literal in true)]
+
+        step = tuple(tuple(following(r, i, c) for c in range(self.part.n_columns)) for r, i in order)
+        return Structure(tuple(r for r, _ in order), step, ())
+
+    def _strong(self, structure: Structure) -> Structure:
+        """Its last strong component, with pairs."""
+        component = graph.strong_components([[t for t in row if t >= 0] for row in structure.step])
+        kept = [q for q in range(len(component)) if component[q] == max(component)]
         index = {q: i for i, q in enumerate(kept)} | {-1: -1}
-        return Structure(tuple(order[q][0] for q in kept), tuple(tuple(index[t] for t in step[q]) for q in kept), ())
+        residual_of = tuple(structure.residual_of[q] for q in kept)
+        step = tuple(tuple(index[t] for t in structure.step[q]) for q in kept)
+        pairs = rabin_condition(self.part.cycle_graph(step, residual_of, self.on_states))
+        assert isinstance(pairs, list)
+        return Structure(residual_of, step, tuple(pairs))
 
     # Words
 
@@ -264,6 +278,8 @@ class Search:
 
     def _keep_apart(self, accepted: _Run, chosen: dict[int, int], rejected: _Run) -> None:
         """A rejected cycle that has a chosen label of an accepted one has a label that the accepted one has not."""
+        if not rejected.kinds <= accepted.kinds:
+            return
         outside = []
         for label, literal in rejected.labels.items():
             differs = self._variable()
@@ -294,10 +310,11 @@ class Search:
                             occurs.setdefault(self._label(target, j), {})[literal] = None
                     residual, here = target, following
                 back.append(here[i])
-            yield _Run(self._some(back), {label: self._some(list(literals)) for label, literals in occurs.items()})
+            labels = {label: self._some(list(literals)) for label, literals in occurs.items()}
+            yield _Run(self._some(back), labels, frozenset(label // self.n_copies for label in labels))
 
     def _label(self, residual: int, copy: int, column: int = 0) -> int:
-        return (residual * self.n_copies + copy) * self.part.n_columns + column
+        return (residual * self.part.n_columns + column) * self.n_copies + copy
 
     def _next(self, residual: int, here: Row, column: int) -> Row:
         """Where one is after a column, per copy; `here` and the result have exactly one true literal."""
@@ -313,17 +330,12 @@ class Search:
         return following
 
 
-def _first_words(part: Part) -> list[Word]:
-    """Words of one and two columns."""
-    found: dict[Word, None] = {}
-    for length in (1, 2):
-        for residual in range(len(part.residuals)):
-            for columns in product(range(part.n_columns), repeat=length):
-                if part.after(residual, columns) == residual:
-                    found[_normal(part, residual, columns)] = None
-                    if len(found) >= _MAX_FIRST_WORDS:
-                        return list(found)
-    return list(found)
+def _renamed(images: Sequence[int], order: Sequence[int]) -> tuple[int, ...]:
+    """The function with i renamed to order[i]."""
+    renamed = [0] * len(order)
+    for i, j in enumerate(images):
+        renamed[order[i]] = order[j]
+    return tuple(renamed)
 
 
 def _normal(part: Part, residual: int, columns: Sequence[int]) -> Word:

@@ -9,9 +9,9 @@ from itertools import permutations
 
 import numpy as np
 
-from ltlc import graph
 from ltlc.automata.canonical import canonical
 from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_one
+from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.reduce import reduce
@@ -48,17 +48,10 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinA
     for component in components(simple):
         marks.update(_even_marks(component))
     best = reduce(_split(simple, marks), effort=effort)
-    if best.n_states > simple.n_states + _states_split_for_sure(simple):
+    if not is_smallest(best):
         alternative = reduce(_split(simple, marks, once=True), effort=effort)
         best = min(best, alternative, key=lambda a: a.n_states)
     return best
-
-
-def _states_split_for_sure(automaton: RabinAutomaton) -> int:
-    """Components of one state with accepted and rejected cycles; these need two states at least."""
-    members = graph.component_members(automaton.scc)
-    alone = [part[0] for part in members if len(part) == 1]
-    return sum(len({marks for target, marks in automaton.marked_graph[q] if target == q}) > 1 for q in alone)
 
 
 def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:

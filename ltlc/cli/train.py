@@ -78,29 +78,29 @@ def train(
         run = folders.RunFolder.open(out)
     else:
         automaton = setting.automaton_of(formula, acceptance, translator)
-        hyperparameters = _hyperparameters(agents, config, agent, steps=steps, seed=seed, device=device)
+        place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
+        num_envs = num_envs if num_envs is not None else 1 if config == "thesis" else 64
+        # A checkpoint begins new episodes, so there must be time for whole ones between two.
+        pace = {
+            "log_every": max(steps // 100, 1),
+            "checkpoint_every": max(steps // 20, num_envs * place.episode_steps, 1),
+        }
+        values = {"total_steps": steps, "seed": seed, "device": device, **pace, **setting.assignments(agent, "--agent")}
+        preset = agents.DQNConfig.thesis() if config == "thesis" else agents.DQNConfig()
         wanted = folders.RunConfig(
-            setting=setting.setting_of(env, labels, env_set, episode_steps, initial_label),
+            setting=place,
             reward=reward,
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
-            num_envs=num_envs or (1 if config == "thesis" else 64),
-            agent=hyperparameters,
+            num_envs=num_envs,
+            agent=agents.DQNConfig.from_dict(preset.to_dict() | values),
         )
         folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed)
         run = _opened(folders, folder, wanted, automaton) if resume else None
         if run is None:
-            folders.RunFolder(folder, wanted, automaton).vector_env().close()  # errors come before anything is written
+            folders.RunFolder(folder, wanted, automaton).check()
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
     raise typer.Exit(_train(run, resume, quiet or json_, json_))
-
-
-def _hyperparameters(agents: Any, preset: str, changes: list[str] | None, *, steps: int, seed: int, device: str) -> Any:
-    values = setting.assignments(changes, "--agent")
-    given: dict[str, Any] = {"total_steps": steps, "seed": seed, "device": device}
-    given |= {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, 1_000), **values}
-    base = agents.DQNConfig.thesis() if preset == "thesis" else agents.DQNConfig()
-    return agents.DQNConfig.from_dict(base.to_dict() | given)
 
 
 def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
@@ -108,22 +108,13 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
     if not (folder / folders.CONFIG_FILE).exists():
         return None
     run = folders.RunFolder.open(folder)
-    before, now = run.config.to_dict(), wanted.to_dict()
-    for values in (before, now):
-        del values["ltlc"]
-        values["agent"] = {key: value for key, value in values["agent"].items() if key not in ("device", "threads")}
-    changed = [key for key in now if json.loads(json.dumps(now[key])) != before[key]]
-    if changed or run.automaton.to_json() != _like(run.automaton, automaton).to_json():
-        what = ", ".join(changed) or "formula"
+    different = run.differs(wanted, automaton)
+    if different:
         raise InvalidArgumentError(
-            f"the run in {folder} has another {what}; go on with it by ltlc train --resume --out {folder}, or give "
-            "another folder"
+            f"the run in {folder} has another {', '.join(different)}; go on with it by ltlc train --resume --out "
+            f"{folder}, or give another folder"
         )
     return run
-
-
-def _like(one: Any, automaton: RabinAutomaton) -> Any:
-    return type(one).of(automaton)
 
 
 def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:

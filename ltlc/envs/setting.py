@@ -89,7 +89,7 @@ class Setting:
 
     @property
     def episode_steps(self) -> int:
-        """Where training episodes are cut."""
+        """Where episodes are cut."""
         return self.max_episode_steps or self._spec.max_episode_steps or EPISODE_STEPS
 
     def vector(self, task: Task, num_envs: int) -> LTLVectorWrapper:
@@ -101,10 +101,7 @@ class Setting:
         """
         if num_envs < 1:
             raise InvalidArgumentError(f"{num_envs} environments; at least 1 is needed")
-        limit = self.max_episode_steps
-        if limit is None and self._spec.max_episode_steps is None:
-            limit = self.episode_steps
-        arguments = dict(self.arguments) | ({} if limit is None else {"max_episode_steps": limit})
+        arguments = dict(self.arguments) | {"max_episode_steps": self.episode_steps}
         source = self.label_source
         if source is None and self._spec.vector_entry_point is not None:
             envs = _made(self._spec, arguments, num_envs)

@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ltlc.automata import canonical, simplify_marks, to_state_based
-from ltlc.automata.lower_bound import lower_bound
+from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
-from ltlc.automata.reduce import MAX_PRODUCT_EDGES, reduce
+from ltlc.automata.reduce import reduce
 from ltlc.automata.sat_minimize import minimize
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, propositions, simplify
@@ -32,6 +32,8 @@ _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 _SLACK = 60
 """plus these."""
+_SAT_SECONDS = 30.0
+"""The search for a smaller automaton goes on for this time at most."""
 
 
 class Problem(NamedTuple):
@@ -112,7 +114,8 @@ def translate(
     best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
     automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
     if effort == "best":
-        automaton = minimize(automaton, timeout=budget.remaining).automaton
+        seconds = _SAT_SECONDS if budget.remaining is None else min(_SAT_SECONDS, budget.remaining)
+        automaton = minimize(automaton, timeout=seconds).automaton
     return replace(automaton, formula=text, translator=best.translator)
 
 
@@ -191,16 +194,10 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, smallest=True)
     budget.check_time()
-    smallest = _is_smallest(automaton)
+    smallest = is_smallest(automaton)
     if smallest:
         automaton = canonical(simplify_marks(automaton))
     else:
         budget.check_time()
         automaton = reduce(automaton, effort=0) if problem.effort == "fast" else reduce(automaton)
-    return Candidate(automaton, construction.name, weak=False, smallest=smallest or _is_smallest(automaton))
-
-
-def _is_smallest(automaton: RabinAutomaton) -> bool:
-    if automaton.n_states**2 * automaton.n_classes > 2 * MAX_PRODUCT_EDGES:  # too large to know
-        return False
-    return lower_bound(automaton) == automaton.n_states
+    return Candidate(automaton, construction.name, weak=False, smallest=smallest or is_smallest(automaton))

@@ -1,0 +1,143 @@
+"""One state per residual language wherever that is enough: the smallest components there are, without any search."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.automata.canonical import canonical
+from ltlc.automata.lower_bound import part_lower_bound
+from ltlc.automata.marks import simplify_marks
+from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin_type import LabelPair, rabin_condition
+from ltlc.automata.residuals import Part, Residuals, residuals
+
+MAX_NODES = 200
+"""bound on the sets of edges, accepted or rejected, that the pairs of one component are made from."""
+
+
+class Structure(NamedTuple):
+    """A component that covers a part of the residual automaton."""
+
+    residual_of: tuple[int, ...]
+    """residual of the part, per state."""
+    step: tuple[tuple[int, ...], ...]
+    """per state and column: the next state; -1 where the part is left."""
+    pairs: tuple[LabelPair, ...]
+    """labels as in `Part.cycle_graph`."""
+
+
+@dataclass(frozen=True)
+class Minimized:
+    """The smallest automaton found, and what is known about smaller ones."""
+
+    automaton: RabinAutomaton
+    lower_bound: int
+    """no equivalent automaton with the same kind of acceptance has fewer states."""
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether the automaton is a smallest one."""
+        return self.automaton.n_states == self.lower_bound
+
+
+def collapse(automaton: RabinAutomaton) -> Minimized:
+    """Replace each component of the residual automaton by a single state per residual if that can be accepted by pairs.
+
+    Exact where it applies, and polynomial but for the number of pairs. It finds what merging cannot, because the pairs
+    are new: `F G a | F G !a` written as `F G (a <-> X a)` becomes one state with two pairs. More pairs may be needed
+    than before.
+
+    Args:
+        automaton: any Rabin automaton.
+
+    Returns:
+        An equivalent automaton with the same kind of acceptance, never larger, and a lower bound as by `lower_bound`.
+    """
+    found = residuals(automaton)
+    on_states = automaton.acceptance == "state"
+    structures, bound = [], found.n_residuals
+    for part in found.parts:
+        least = part_lower_bound(part, on_states)
+        structures.append(collapsed(part, on_states) or given(found.automaton, part))
+        bound += least - len(part.residuals)
+    return Minimized(assembled(found, structures), bound)
+
+
+def collapsed(part: Part, on_states: bool) -> Structure | None:
+    """One state per residual of the part, or None if no pairs make that accept the right words."""
+    residual_of = tuple(range(len(part.residuals)))
+    if len(part.states) == len(residual_of):
+        return None
+    pairs = rabin_condition(part.cycle_graph(part.step, residual_of, on_states), max_nodes=MAX_NODES)
+    return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
+
+
+def given(automaton: RabinAutomaton, part: Part) -> Structure:
+    """The component of the automaton itself."""
+    columns = [part.column.index(c) for c in range(part.n_columns)]
+    states = list(part.states)
+    if automaton.acceptance == "state":
+        fin, inf = automaton.fin[:, states], automaton.inf[:, states]
+    else:
+        tables = (table[:, states][:, :, columns] for table in (automaton.fin, automaton.inf))
+        fin, inf = (table.reshape(automaton.n_pairs, -1) for table in tables)
+    pairs = [LabelPair(_mask(f), _mask(i)) for f, i in zip(fin, inf, strict=True)]
+    return Structure(part.residual_of, part.delta, tuple(pairs))
+
+
+def _mask(labels: npt.NDArray[np.bool_]) -> int:
+    return sum(1 << int(k) for k in np.flatnonzero(labels))
+
+
+def assembled(found: Residuals, structures: Sequence[Structure]) -> RabinAutomaton:
+    """One structure per part, and one state for each residual in no part; the automaton itself if that is as small."""
+    automaton = found.automaton
+    first = np.unique(found.language, return_index=True)[1]
+    rows = found.language[automaton.delta[first]].tolist()
+    states: list[tuple[int, int]] = []  # (part or -1, state of the part or residual)
+    number: dict[tuple[int, int], int] = {}
+    entry: dict[int, int] = {}  # residual -> some state
+    for i, (part, structure) in enumerate(zip(found.parts, structures, strict=True)):
+        for k, residual in enumerate(structure.residual_of):
+            entry.setdefault(part.residuals[residual], len(states))
+            number[i, k] = len(states)
+            states.append((i, k))
+    for residual in range(found.n_residuals):
+        if residual not in entry:
+            entry[residual] = len(states)
+            states.append((-1, residual))
+
+    on_states = automaton.acceptance == "state"
+    n_pairs = max([1, *(len(s.pairs) for s in structures)])
+    shape = (n_pairs, len(states)) if on_states else (n_pairs, len(states), automaton.n_classes)
+    fin, inf = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
+    delta = np.zeros((len(states), automaton.n_classes), dtype=np.int32)
+    for q, (i, k) in enumerate(states):
+        if i < 0:
+            delta[q] = [entry[target] for target in rows[k]]
+            continue
+        part, structure = found.parts[i], structures[i]
+        leaving = rows[part.residuals[structure.residual_of[k]]]
+        for letter, column in enumerate(part.column):
+            inside = structure.step[k][column]
+            delta[q, letter] = number[i, inside] if inside >= 0 else entry[leaving[letter]]
+            label = k if on_states else k * part.n_columns + column
+            for p, pair in enumerate(structure.pairs):
+                place = (p, q) if on_states else (p, q, letter)
+                fin[place] = pair.fin >> label & 1
+                inf[place] = pair.inf >> label & 1
+    result = replace(
+        automaton,
+        delta=delta,
+        fin=fin,
+        inf=inf,
+        initial_state=entry[int(found.language[automaton.initial_state])],
+        state_names=None,
+    )
+    smaller = canonical(simplify_marks(canonical(result)))
+    return smaller if smaller.n_states < automaton.n_states else automaton

@@ -1,0 +1,142 @@
+"""Exact minimisation: lower bounds, collapsing to residuals, and the search by SAT."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+from random_automata import random_automata
+
+from ltlc.automata import RabinAutomaton, collapse, equivalent, lower_bound, minimize
+from ltlc.automata.rabin import Acceptance
+from ltlc.errors import MissingProgramError
+from ltlc.ltl import parse
+from ltlc.translate import translate
+
+PHI = {
+    "phi_1": "F(A & F B) & G!C & FG T",
+    "phi_2": "F(A & F(B & F T)) & GF A & GF B & G !C",
+    "phi_3": "F(A & F(B & F T))",
+    "phi_4": "F(A & F(B & F T)) & GF A & GF B",
+}
+
+
+def compiled(text: str, acceptance: Acceptance = "transition", translator: str = "auto") -> RabinAutomaton:
+    return translate(parse(text), acceptance=acceptance, translator=translator)
+
+
+@pytest.fixture
+def sat() -> None:
+    pytest.importorskip("pysat.solvers", reason='python-sat is missing: pip install "ltlc[sat]"')
+
+
+@pytest.mark.parametrize(
+    ("text", "states"),
+    [
+        ("true", 1),
+        ("G F a & G F b", 2),
+        ("G F a & G F b & G F c", 3),
+        ("G F a | G F b", 1),
+        ("(F G a & G F b) | (F G c & G F d)", 1),
+        ("G F a <-> G F b", 2),
+        ("a U b", 3),
+    ],
+)
+def test_lower_bound_is_tight_where_the_verdict_depends_on_edges_alone(text: str, states: int) -> None:
+    automaton = compiled(text)
+    assert lower_bound(automaton) == automaton.n_states == states
+
+
+@pytest.mark.parametrize(
+    ("text", "states"),
+    [
+        ("F G (a <-> X a)", 1),
+        ("(F G (a <-> X a)) & F G (b <-> X b)", 1),
+        ("F((a | !b) & (G a | G b | G c))", 3),
+    ],
+)
+def test_collapse_keeps_one_state_per_residual(text: str, states: int) -> None:
+    automaton = compiled(text, translator="safra")
+    result = collapse(automaton)
+    assert equivalent(result.automaton, automaton)
+    assert result.is_proven
+    assert result.automaton.n_states == states
+
+
+def test_collapse_keeps_language_and_acceptance_and_never_grows() -> None:
+    for automaton in random_automata(150):
+        result = collapse(automaton)
+        assert equivalent(result.automaton, automaton)
+        assert result.automaton.acceptance == automaton.acceptance
+        assert result.lower_bound == lower_bound(automaton) <= result.automaton.n_states <= automaton.n_states
+
+
+def test_labels_of_states_on_separate_rejected_cycles_can_be_accepted_together() -> None:
+    automaton = compiled("G(a | X!a | X((a | X!a) U (!b & X b)))", "state")
+    result = collapse(automaton)
+    assert equivalent(result.automaton, automaton)
+
+
+def test_minimize_keeps_language_and_acceptance_and_never_grows(sat: None) -> None:
+    for automaton in random_automata(60, max_states=4):
+        result = minimize(automaton)
+        assert result.is_proven
+        assert equivalent(result.automaton, automaton)
+        assert result.automaton.acceptance == automaton.acceptance
+        assert lower_bound(automaton) <= result.automaton.n_states <= collapse(automaton).automaton.n_states
+
+
+@pytest.mark.parametrize(
+    ("text", "acceptance"),
+    [
+        ("G F (a & X b)", "transition"),
+        ("G F (a & X b)", "state"),
+        ("F G a | F (b & X b)", "state"),
+        ("G F a & F G b", "state"),
+        ("G F (a & X a) | F G b", "transition"),
+    ],
+)
+def test_one_size_from_all_constructions(sat: None, text: str, acceptance: Acceptance) -> None:
+    results = [minimize(compiled(text, acceptance, name)) for name in ("product", "safra", "dual-safra")]
+    assert all(result.is_proven for result in results)
+    assert len({result.automaton.n_states for result in results}) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "acceptance", "states"),
+    [
+        ("F G (a | X X b)", "transition", 4),
+        ("G F (a & X X a) & G F a", "transition", 4),
+        ("G F (a & X b)", "state", 3),
+        ("G F a & G F b", "state", 3),
+    ],
+)
+def test_known_minima(sat: None, text: str, acceptance: Acceptance, states: int) -> None:
+    result = minimize(compiled(text, acceptance))
+    assert (result.automaton.n_states, result.lower_bound) == (states, states)
+
+
+@pytest.mark.parametrize(("name", "states"), [("phi_1", 4), ("phi_2", 6), ("phi_3", 4), ("phi_4", 5)])
+def test_thesis_formulas_are_smallest_on_transitions(name: str, states: int) -> None:
+    automaton = compiled(PHI[name])
+    assert automaton.n_states == lower_bound(automaton) == states
+
+
+@pytest.mark.parametrize(("name", "states"), [("phi_1", 5), ("phi_2", 7), ("phi_3", 4), ("phi_4", 6)])
+def test_thesis_formulas_are_smallest_on_states(sat: None, name: str, states: int) -> None:
+    automaton = compiled(PHI[name], "state")
+    result = minimize(automaton)
+    assert automaton.n_states == result.automaton.n_states == result.lower_bound == states
+
+
+def test_timeout_keeps_what_is_known(sat: None) -> None:
+    automaton = compiled("G F (a & X b) & G F (c & X d)")
+    result = minimize(automaton, timeout=0)
+    assert equivalent(result.automaton, automaton)
+    assert lower_bound(automaton) <= result.lower_bound <= result.automaton.n_states <= automaton.n_states
+
+
+def test_missing_package_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pysat.solvers", None)
+    with pytest.raises(MissingProgramError, match=r'pip install "ltlc\[sat\]"'):
+        minimize(compiled("F G (a | X X b)"))
