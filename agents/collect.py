@@ -45,6 +45,7 @@ class Interface:
     space: spaces.Space[Any]
     """of a single observation, without the automaton."""
     n_actions: int
+    """of the environment, without the choices of the task."""
     autoreset_mode: AutoresetMode
 
     @classmethod
@@ -69,8 +70,9 @@ class Interface:
         space = env.single_observation_space
         if wrapper is not None:
             space = _base_space(wrapper, space)
+        n_actions = int(actions.n) // (1 if wrapper is None else 1 + wrapper.task.tables.n_choices)
         mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        return cls(env, wrapper, space, int(actions.n), mode)
+        return cls(env, wrapper, space, n_actions, mode)
 
     @property
     def tables(self) -> RewardTables | None:
@@ -146,7 +148,8 @@ class Collector:
     def step(self, actions: npt.NDArray[np.int64]) -> Steps:
         """Carry out one action in each sub-environment; the rows of those that only began an episode are left out."""
         env, mode = self.interface.env, self.interface.autoreset_mode
-        packed, states = self.packed, self.states
+        packed = self.packed
+        states, taken = self._split(np.asarray(actions, dtype=np.int64))
         observations, rewards, terminated, truncated, infos = env.step(actions)
         begun = self._done if mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._done)
         done = (terminated | truncated) & ~begun
@@ -166,12 +169,21 @@ class Collector:
         return Steps(
             observation=packed[real],
             state=states[real],
-            action=np.asarray(actions, dtype=np.int64)[real],
+            action=taken[real],
             letter_class=ltl["letter_class"][real],
             base_reward=base_reward[real],
             terminated=ltl["base_terminated"][real],
             next_observation=arrived[real],
         )
+
+    def _split(self, actions: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """The table states after the choices in the actions, and what the environment is asked to do."""
+        tables = self.interface.tables
+        if tables is None or not tables.n_choices:
+            return self.states, actions
+        choice, taken = np.divmod(actions, self.interface.n_actions)
+        chosen = tables.commit[self.states, np.maximum(choice - 1, 0)]
+        return np.where(choice > 0, chosen, self.states).astype(np.int64), taken
 
     def take_episodes(self) -> list[tuple[int, Episode]]:
         """The episodes that ended since the last call, each with the number of its sub-environment."""

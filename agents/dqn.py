@@ -30,7 +30,8 @@ class DoubleDQN:
 
     Args:
         observation_space: of a single environment, without the automaton.
-        n_actions: discrete actions 0 .. n_actions - 1.
+        n_actions: discrete actions 0 .. n_actions - 1 of the environment; those that also choose a Rabin pair are not
+            counted, since choosing a pair and then acting is worth what acting is worth in the state chosen.
         tables: reward tables of the task; None for an environment that pays its own rewards.
         config: hyperparameters.
 
@@ -86,7 +87,8 @@ class DoubleDQN:
             states: table state of each, shape (batch,), or None for all states.
 
         Returns:
-            Shape (batch, n_actions), or (batch, n_states, n_actions) for all states.
+            Shape (batch, n_actions), or (batch, n_states, n_actions) for all states. Where the task has choices,
+            the actions are those of the wrapped environment, and -inf says that one does not exist.
         """
         packed = self.encoder.pack(observations)
         chosen = None if states is None else np.asarray(states, dtype=np.int64)
@@ -113,6 +115,8 @@ class DoubleDQN:
         n = len(packed)
         random = torch.randint(self.n_actions, (n,), generator=generator)
         chance = torch.rand(n, generator=generator, dtype=torch.float64)
+        if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
+            random = self._with_random_choices(random, states, generator)
         if epsilon >= 1:
             return random.numpy()
         greedy = self._evaluate(self.q_network, packed, states).argmax(dim=-1).cpu()
@@ -120,9 +124,25 @@ class DoubleDQN:
 
     def _evaluate(self, network: QNetwork, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None) -> Tensor:
         features = self.encoder.features(torch.from_numpy(packed).to(self.config.device))
-        return network(  # type: ignore[no-any-return]
-            features, None if states is None else torch.from_numpy(states).to(self.config.device)
-        )
+        tables = self.tensor_tables
+        if states is None:
+            values: Tensor = network(features, None)
+            if tables.n_options == 1:
+                return values
+            return tables.join_options(values[:, tables.options], tables.allowed)
+        there = torch.from_numpy(states).to(self.config.device)
+        if tables.n_options == 1:
+            return network(features, there)  # type: ignore[no-any-return]
+        values = network(features.repeat_interleave(tables.n_options, dim=0), tables.options[there].flatten())
+        return tables.join_options(values.view(len(there), tables.n_options, -1), tables.allowed[there])
+
+    def _with_random_choices(
+        self, actions: Tensor, states: npt.NDArray[np.int64], generator: torch.Generator
+    ) -> Tensor:
+        """The actions, together with a choice drawn uniformly; none where that one cannot be made."""
+        choice = torch.randint(self.tensor_tables.n_options, actions.shape, generator=generator)
+        allowed = self.tensor_tables.allowed.cpu()[torch.from_numpy(states), choice]
+        return actions + self.n_actions * torch.where(allowed, choice, 0)
 
     def update(self, steps: Steps, learning_rate: float) -> float:
         """One gradient step on a batch of sampled steps; returns the loss before it.

@@ -227,7 +227,7 @@ def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: f
             )
         if not seen[cell] or cell in board.final:
             continue
-        dx, dy = _DIRECTIONS[board.actions[int(actions[cell])]]
+        dx, dy = _DIRECTIONS[board.actions[int(actions[cell]) % len(board.actions)]]  # whatever pair it chooses
         x, y = column + (0.58 if marked else 0.5), row + (0.58 if marked else 0.5)
         if dx == dy == 0:
             axes.plot(x, y, "o", color=ARROW, markersize=size * 9, zorder=3)

@@ -18,7 +18,7 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +68,7 @@ class RunConfig:
 
         Raises:
             UnknownNameError: there is no such scheme or parameter.
-            InvalidArgumentError: a parameter is out of range, or the automaton lacks the form the scheme needs.
+            InvalidArgumentError: a parameter is out of range, or does not fit the automaton.
         """
         return Task(automaton, get_scheme(self.reward, **self.parameters), on_deadlock=self.on_deadlock)
 
@@ -163,6 +163,10 @@ class RunFolder:
             del values["ltlc"], values["agent"]["device"], values["agent"]["threads"]
         same = formats.to_json(self.automaton) == formats.to_json(automaton)
         return [*([] if same else ["formula"]), *(key for key in now if now[key] != before[key])]
+
+    def move_to(self, device: str) -> None:
+        """Train on another device from now on."""
+        self.config = replace(self.config, agent=replace(self.config.agent, device=device))
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""

@@ -31,6 +31,10 @@ class TensorTables:
     """shape (n_states, n_classes), float32; mean weight of what follows, over whether the episode stops."""
     learned: Tensor
     """shape (n_learned,), int64; the table states that an episode can be in, in order."""
+    options: Tensor
+    """shape (n_states, 1 + n_choices), int64; the state itself, and the state after choosing each pair."""
+    allowed: Tensor
+    """shape (n_states, 1 + n_choices), bool; whether that can be done."""
     scale: float
     """one unit of reward inside the networks."""
 
@@ -39,6 +43,7 @@ class TensorTables:
         """The tensors for a configuration."""
         learned = reachable_states(tables)
         scale = config.reward_scale or reward_scale(tables, learned)
+        options = np.hstack((np.arange(tables.n_states, dtype=np.int32)[:, None], tables.commit))
 
         def tensor(values: np.ndarray, dtype: torch.dtype) -> Tensor:
             return torch.as_tensor(np.array(values), dtype=dtype, device=config.device)
@@ -48,8 +53,29 @@ class TensorTables:
             reward=tensor(tables.expected_reward / scale, torch.float32),
             discount=tensor(tables.expected_discount, torch.float32),
             learned=tensor(learned, torch.int64),
+            options=tensor(options.clip(0), torch.int64),
+            allowed=tensor(options >= 0, torch.bool),
             scale=scale,
         )
+
+    @property
+    def n_options(self) -> int:
+        """1 and the number of pairs that can be chosen between."""
+        return self.options.shape[1]
+
+    def join_options(self, values: Tensor, allowed: Tensor) -> Tensor:
+        """Values of all actions of a state, those that choose a pair included; -inf where an action does not exist.
+
+        To choose a pair and then act is worth what the action is worth in the state chosen.
+
+        Args:
+            values: shape (..., n_options, n_actions), of the actions in each of the options.
+            allowed: shape (..., n_options), rows of `allowed`.
+
+        Returns:
+            Shape (..., n_options * n_actions).
+        """
+        return values.masked_fill(~allowed[..., None], -torch.inf).flatten(-2)
 
 
 def reachable_states(tables: RewardTables) -> np.ndarray:
@@ -58,6 +84,7 @@ def reachable_states(tables: RewardTables) -> np.ndarray:
     while frontier:
         state = frontier.pop()
         following = tables.next_state[state][~tables.terminal[state]].tolist()
+        following += tables.commit[state][tables.commit[state] >= 0].tolist()
         frontier += sorted(set(following) - reached)
         reached.update(following)
     return np.array(sorted(reached), dtype=np.int64)
@@ -177,11 +204,16 @@ class TDLoss:
         """V(s', q') for each step and its next states q', shape (batch, k)."""
         double = self.config.double
         if self._all_features is None and target.state_input != "heads":
-            valued = self._pairwise(target, packed, states)
-            chosen = self._pairwise(network, packed, states) if double else valued
+            valued = self._pairwise_options(target, packed, states)
+            chosen = self._pairwise_options(network, packed, states) if double else valued
             return policy_values(valued, chosen, double)
         rows, row = self._rows(target, packed, None)
         chosen = self._rows(network, packed, online)[0] if double else rows
+        if self.tables.n_options > 1:
+            rows, chosen = (
+                self.tables.join_options(values[:, self.tables.options], self.tables.allowed)
+                for values in (rows, chosen)
+            )
         return policy_values(rows, chosen, double).view(-1)[row[:, None] * target.n_states + states]
 
     def _rows(self, network: QNetwork, packed: Tensor, known: Tensor | None) -> tuple[Tensor, Tensor]:
@@ -189,6 +221,12 @@ class TDLoss:
         if self._all_features is not None:
             return network(self._all_features) if known is None else known, self.encoder.index(packed)
         return network(self.encoder.features(packed)), torch.arange(len(packed), device=packed.device)
+
+    def _pairwise_options(self, network: QNetwork, packed: Tensor, states: Tensor) -> Tensor:
+        """Values of all actions of given pairs, shape (batch, k, n_options * n_actions)."""
+        options, allowed = self.tables.options[states], self.tables.allowed[states]
+        values = self._pairwise(network, packed, options.flatten(1))
+        return self.tables.join_options(values.view(*options.shape, -1), allowed)
 
     def _pairwise(self, network: QNetwork, packed: Tensor, states: Tensor) -> Tensor:
         """Values of given pairs of observation and state, shape (batch, k, n_actions)."""

@@ -161,6 +161,7 @@ TASKS = {
 CANDIDATES = {
     "sadigh .99": Candidate.of("sadigh"),
     "sadigh .9999": Candidate.of("sadigh", gamma=0.9999),
+    "sadigh, pair 0": Candidate.of("sadigh", pair=0),
     "accept .99": Candidate.of("accept"),
     "accept .9999": Candidate.of("accept", gamma=0.9999),
     "code, reset": Candidate.of("thesis-code", "initial", terminate_on_accept=False),

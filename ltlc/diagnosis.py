@@ -67,12 +67,12 @@ def _about_formula(automaton: RabinAutomaton) -> tuple[Finding, ...]:
     formula = automaton.formula or "the language of the automaton"
     if automaton.initial_state in automaton.deadlocks:
         text = (
-            f"No run can ever satisfy {formula}: the formula contradicts itself. Every step counts as a violation, and "
-            "rewards say nothing about it."
+            f"{formula} is unsatisfiable: no run can ever satisfy it. Every step counts as a violation, and rewards "
+            "say nothing about it."
         )
         return (Finding("unsatisfiable", text),)
     if automaton.initial_state in automaton.accepting_sinks:
-        return (Finding("valid", f"Every run satisfies {formula}, whatever the agent does: nothing is to be learned."),)
+        return (Finding("valid", f"{formula} is valid: every run satisfies it, and there is nothing to learn."),)
     return ()
 
 

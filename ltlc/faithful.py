@@ -145,8 +145,8 @@ def _row(
     problem = None
     try:
         tables = scheme.compile(automaton, candidate.on_deadlock)
-    except InvalidArgumentError:
-        problem = f"needs {scheme.needs}"
+    except InvalidArgumentError as error:
+        problem = str(error)
     else:
         judge = Judge(mdp, automaton, tables, initial_label=initial_label)
         objective = judge.value

@@ -20,7 +20,8 @@ class Task:
     Attributes:
         automaton: the deterministic Rabin automaton.
         scheme: the reward scheme.
-        tables: the scheme compiled for the automaton; all that stepping needs.
+        tables: the scheme compiled for the automaton; all that stepping needs. Their states may refine those of the
+            automaton, and they may leave the choice of a Rabin pair to the policy; see `RewardTables`.
         formula: text of the formula, or None for an automaton of unknown origin.
 
     Args:
@@ -36,7 +37,7 @@ class Task:
     Raises:
         LtlSyntaxError: the text is not a formula.
         UnknownNameError: there is no such scheme, mode or translator.
-        InvalidArgumentError: the automaton lacks the form the scheme needs; the message names schemes that would do.
+        InvalidArgumentError: a parameter does not fit the automaton.
         LimitExceeded: the formula is too large.
 
     Example:

@@ -100,6 +100,13 @@ class TestTrain:
         assert "95 % interval" in capsys.readouterr().out
         assert not Path("pole/policy.png").exists()
 
+    @pytest.mark.parametrize(("formula", "word"), [("goal & !goal", "unsatisfiable"), ("goal | !goal", "valid")])
+    def test_foregone_conclusions(self, formula: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["train", formula, *GRID[1:], "--steps", "50", "--num-envs", "2", "--quiet", *SMALL]) == 0
+        assert f"is {word}" in capsys.readouterr().err
+        assert run(["solve", formula, *GRID[1:]]) == 0
+        assert f"is {word}" in capsys.readouterr().err
+
     def test_quiet(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", *GRID, "--steps", "100", "--num-envs", "2", "--quiet", *SMALL]) == 0
         assert capsys.readouterr().out == ""
@@ -117,7 +124,7 @@ class TestTrain:
         assert run(["train", *GRID, *small]) == 2
         assert "--resume" in capsys.readouterr().err
         assert run(["train", *GRID, *small, "--force"]) == 0
-        assert run(["train", *GRID, *small, "--resume"]) == 0  # nothing is left to do
+        assert run(["train", *GRID, *small, "--resume", "--device", "cpu"]) == 0  # nothing is left to do
         assert run(["train", "F(goal & X goal)", *GRID[1:], *small, "--resume"]) == 2
         assert "has another formula" in capsys.readouterr().err
         assert run(["train", *GRID, *small, "--resume", "--seed", "1"]) == 2
@@ -160,7 +167,6 @@ class TestTrain:
         ([*LAKE[:-1], "zeta-discont"], "unknown reward scheme 'zeta-discont'. Did you mean zeta-discount"),
         ([*LAKE, "--set", "zetta=0.9"], "Did you mean zeta"),
         ([*LAKE, "--set", "zeta"], "expected KEY=VALUE"),
-        (["FG A | GF B", "--env", "ltlc/Thesis5x5-v0", "--reward", "zeta-reach"], "needs Büchi form"),
         ([*LAKE, "--agent", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
         ([*LAKE, "--agent", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
         ([*LAKE, "--env-set", "colour=3"], "FrozenLake-v1 cannot be made"),
@@ -293,6 +299,14 @@ def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> N
     judge = Judge(setting.model, task.automaton, task.tables)
     assert judge.maximum.probability == 1
     assert judge.optimum is not None and judge.optimum.satisfaction == 1
+
+
+def test_labels_of_the_user_on_a_grid_world() -> None:
+    Path("corners.py").write_text("corner = {'corner': lambda cell: bool(cell == 0)}\n")
+    setting = Setting(env="ltlc/Thesis5x5-v0", labels="corners.py:corner")
+    assert setting.model is None  # the model of a grid world has the labels of its map
+    _, infos = setting.vector(Task("F corner"), 2).reset(seed=0)
+    assert infos["ltl"]["label"].tolist() == [0, 0]
 
 
 def test_default_folder() -> None:

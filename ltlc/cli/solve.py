@@ -11,6 +11,7 @@ import typer
 
 from ltlc.cli import flags, setting
 from ltlc.cli.findings import tell
+from ltlc.cli.messages import complain
 from ltlc.cli.verdicts import maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
@@ -64,17 +65,15 @@ def solve(
             f"the dynamics of {env} are not known: it is no grid world and has no transition table P; train an agent "
             "with ltlc train, and judge it by episodes with ltlc evaluate"
         )
+    tell(task.automaton, place)
     judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
     if output is not None:
         _draw(Path(output), place, task, judge, reward)
     if json_:
         print(json.dumps(_values(judge), ensure_ascii=False, indent=2))
         return
-    from ltlc.cli.messages import complain
-
     print(f"{task.formula or 'an automaton without a formula'} in {env}: {judge.rewards.n_states} product states")
     print(maximum_text(judge))
-    tell(task.automaton, place)
     if judge.optimum is None:
         complain(f"warning: the rewards {reward!r} can be collected for ever without a discount: no optimal return")
         return

@@ -42,7 +42,9 @@ def train(
         typer.Option("--num-envs", metavar="N", help="Environments stepped together.", show_default="64, thesis 1"),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of everything that is random.")] = 0,
-    device: Annotated[str, typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...")] = "cpu",
+    device: Annotated[
+        str | None, typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...", show_default="cpu")
+    ] = None,
     config: Annotated[
         Literal["default", "thesis"], typer.Option("--config", "-c", help="Hyperparameters to start from.")
     ] = "default",
@@ -85,7 +87,13 @@ def train(
             "log_every": max(steps // 100, 1),
             "checkpoint_every": max(steps // 20, num_envs * place.episode_steps, 1),
         }
-        values = {"total_steps": steps, "seed": seed, "device": device, **pace, **setting.assignments(agent, "--agent")}
+        values = {
+            "total_steps": steps,
+            "seed": seed,
+            "device": device or "cpu",
+            **pace,
+            **setting.assignments(agent, "--agent"),
+        }
         preset = agents.DQNConfig.thesis() if config == "thesis" else agents.DQNConfig()
         wanted = folders.RunConfig(
             setting=place,
@@ -100,6 +108,8 @@ def train(
         if run is None:
             folders.RunFolder(folder, wanted, automaton).check()
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
+    if resume and device is not None:
+        run.move_to(device)
     raise typer.Exit(_train(run, resume, quiet or json_, json_))
 
 
@@ -121,12 +131,12 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
     conclude = import_module("ltlc.agents.conclude")
     reports = import_module("ltlc.agents.report")
     total = run.config.agent.total_steps
+    tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:
         print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
         judge = reports.make_judge(run.config.setting, run.task)
         if judge is not None:
             print(maximum_text(judge))
-        tell(run.task.automaton, run.config.setting, episodes=True)
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:

@@ -122,7 +122,9 @@ class Setting:
 
     def _model_of(self, source: LabelSource) -> LabelledMDP | None:
         base = self.single.unwrapped
-        if not hasattr(base, "layout") and getattr(base, "P", None) is None:
+        if hasattr(base, "layout"):  # a grid world, whose model has the labels of its map
+            return labelled_mdp(self.single) if source is None else None
+        if getattr(base, "P", None) is None:
             return None
         try:
             return labelled_mdp(self.single, source)

@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from ltlc.automata import RabinAutomaton
 from ltlc.envs.batch import copied, merge, select
 from ltlc.envs.chance import Chances
+from ltlc.envs.choices import PairChoices
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
 from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes
@@ -78,6 +79,10 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
         self.observation_mode = observation
+        self.choices = PairChoices(tables, env.single_action_space)
+        if self.choices.active:
+            self.single_action_space = self.choices.space
+            self.action_space = batch_space(self.single_action_space, env.num_envs)
         self._base_reward = reward
         self._tables = _FlatTables(tables, skip=initial_label == "skip")
         resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(
@@ -102,6 +107,16 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         """The automata's states after the last letter, shape (num_envs,)."""
         return self.task.tables.automaton_state[self._state].astype(np.int64)
 
+    def action_masks(self) -> BoolArray:
+        """Which actions there are now, shape (num_envs, n_actions).
+
+        Raises:
+            InvalidArgumentError: the actions are not discrete.
+        """
+        if self.choices.mask is None:
+            raise InvalidArgumentError(f"actions of {self.single_action_space} cannot be masked")
+        return np.asarray(self.choices.mask[self._state])
+
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
@@ -122,13 +137,16 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         """Step all sub-environments and automata.
 
         Raises:
-            InvalidArgumentError: in mode DISABLED, a sub-environment whose episode is over was not reset.
+            InvalidArgumentError: in mode DISABLED, a sub-environment whose episode is over was not reset; or an action
+                chooses a pair that cannot be chosen now.
         """
         if self._any_finished and self.autoreset_mode == AutoresetMode.DISABLED:
             raise InvalidArgumentError(
                 f"the episodes of sub-environments {np.flatnonzero(self._finished).tolist()} are over; autoreset is "
                 'disabled, so reset them with options={"reset_mask": ...}'
             )
+        if self.choices.active:
+            actions, self._state = self.choices.split_all(actions, self._state, ~self._finished)
         observations, base_rewards, terminated, truncated, infos = self.env.step(actions)
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             return self._finish_same_step(observations, base_rewards, terminated, truncated, infos)
@@ -169,6 +187,8 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         ltl["state"] = self._state.copy()
         if self._base_reward == "info":
             ltl["base_reward"] = np.zeros(self.num_envs)
+        if self.choices.active:
+            ltl["action_mask"] = self.action_masks()
         return ltl
 
     def _read(self, letters: IntArray, begun: BoolArray | None = None) -> tuple[dict[str, Any], BoolArray | None]:
@@ -200,6 +220,8 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
             "accepting": tables.accepted.take(index),
             "progress": tables.progress.take(self._state),
         }
+        if self.choices.active:
+            ltl["action_mask"] = self.action_masks()
         return ltl, stops
 
     def _rewards(self, ltl: dict[str, Any], base_rewards: FloatArray) -> FloatArray:

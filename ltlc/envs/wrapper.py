@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import Any, Literal, NamedTuple, get_args
 
 import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
 from gymnasium.utils import RecordConstructorArgs
 
 from ltlc.automata import RabinAutomaton
 from ltlc.envs.chance import Chance
+from ltlc.envs.choices import PairChoices
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
-from ltlc.errors import UnknownNameError
+from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.ltl import Formula
 from ltlc.task import Task
 
@@ -33,6 +36,10 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     * `progress`: 1 on an accepting cycle, less the more letters away, 0 in a deadlock;
     * `base_reward`: the reward of the environment, if `reward="info"`.
 
+    Where the reward scheme leaves the choice of a Rabin pair to the policy, the environment has more actions: of n
+    actions, a + n * (1 + i) chooses pair i and then does a. Not all of them exist all the time: `action_masks()` and
+    `action_mask` in the info say which do now.
+
     Reaching acceptance does not end the episode, except in an accepting sink or where the scheme says so.
 
     Args:
@@ -49,7 +56,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     Raises:
         UnknownNameError: a label and the formula do not go together, or a mode does not exist.
-        InvalidArgumentError: the observation mode does not work for this environment.
+        InvalidArgumentError: the observation mode does not work for this environment, or its actions are not discrete
+            and the task has choices.
         LtlSyntaxError: the task is text that is not a formula.
     """
 
@@ -81,6 +89,9 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self.observer.space
+        self.choices = PairChoices(tables, env.action_space)
+        if self.choices.active:
+            self.action_space = self.choices.space
         self._base_reward = reward
         self._skip = initial_label == "skip"
         self._classes: list[int] = tables.letter_class.tolist()
@@ -93,6 +104,22 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def automaton_state(self) -> int:
         """The automaton's state after the last letter."""
         return int(self.task.tables.automaton_state[self._state])
+
+    def action_masks(self) -> npt.NDArray[np.bool_]:
+        """Which actions there are now, shape (n_actions,), as maskable agents ask for.
+
+        Where the environment has such a method of its own, only actions that it allows.
+
+        Raises:
+            InvalidArgumentError: the actions are not discrete.
+        """
+        if self.choices.mask is None:
+            raise InvalidArgumentError(f"actions of {self.action_space} cannot be masked")
+        mask: npt.NDArray[np.bool_] = self.choices.mask[self._state].copy()
+        if self.env.has_wrapper_attr("action_masks"):
+            inner = np.asarray(self.env.get_wrapper_attr("action_masks")(), dtype=np.bool_)
+            mask &= np.tile(inner, len(mask) // len(inner))
+        return mask
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the automaton reads the label of the first observation."""
@@ -107,10 +134,18 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl |= {"violated": False, "accepting": False, "progress": float(self.task.tables.progress[initial])}
         if self._base_reward == "info":
             ltl["base_reward"] = 0.0
+        if self.choices.active:
+            ltl["action_mask"] = self.action_masks()
         return self.observer.single(observation, self._state), {**info, "ltl": ltl}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Step the environment, then the automaton with the label of the state entered."""
+        """Step the environment, then the automaton with the label of the state entered.
+
+        Raises:
+            InvalidArgumentError: the action chooses a pair that cannot be chosen now.
+        """
+        if self.choices.active:
+            action, self._state = self.choices.split(action, self._state)
         observation, base_reward, terminated, truncated, info = self.env.step(action)
         letter = self.labeller.letter(observation, info)
         index = self._state * self._n_classes + self._classes[letter]
@@ -125,6 +160,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             reward += float(base_reward)
         elif self._base_reward == "info":
             ltl["base_reward"] = float(base_reward)
+        if self.choices.active:
+            ltl["action_mask"] = self.action_masks()
         info["ltl"] = ltl
         return self.observer.single(observation, self._state), reward, terminated, truncated, info
 

@@ -186,7 +186,8 @@ class ExplicitMDP:
                 f"the policy in state {self.describe(state)} is {given[state].tolist()}: not a probability "
                 f"distribution over its actions {self.actions_in(state).tolist()}"
             )
-        matrix = sparse.csr_array((weight / total[self.choice_state], np.arange(self.n_choices), self.choice_start))
+        given_rows = (weight / total[self.choice_state], np.arange(self.n_choices), self.choice_start.copy())
+        matrix = sparse.csr_array(given_rows)  # of a copy, since zeros are taken out in place
         matrix.eliminate_zeros()
         return matrix
 

@@ -20,7 +20,10 @@ Miss = Literal["empty", "hold"]
 
 
 class RewardColumns(Protocol):
-    """What a reward product reads of a compiled reward scheme; arrays have shape (n_states, n_letter_classes)."""
+    """What a reward product reads of a compiled reward scheme; arrays have shape (n_states, n_letter_classes).
+
+    There may also be `commit`, shape (n_states, n_choices): the state after choosing a pair, -1 where that cannot be.
+    """
 
     @property
     def aps(self) -> Sequence[str]:
@@ -76,6 +79,9 @@ class RewardColumns(Protocol):
 class _LabelledProduct(ExplicitMDP):
     """What both products share: pairs (MDP state, machine state), reachable ones only, ordered by the first.
 
+    Where the machine leaves choices to the policy, action a + n * (1 + i) of an MDP with n actions is choice i together
+    with action a.
+
     Attributes:
         mdp: the MDP.
         mdp_state, machine_state: (n_states,), the two halves of a product state.
@@ -88,7 +94,7 @@ class _LabelledProduct(ExplicitMDP):
             unfolding.choice_action,
             unfolding.initial,
             leak=leak,
-            n_actions=mdp.n_actions,
+            n_actions=unfolding.n_actions,
         )
         self.mdp = mdp
         self.mdp_state = unfolding.mdp_state
@@ -133,6 +139,9 @@ class Product(_LabelledProduct):
     taken infinitely often takes each of its branches infinitely often with probability 1; so letters that lead to the
     same state with different marks need no states of their own.
 
+    With the choices of a `Refinement` (`commit`, from `limit_deterministic`), the product is that of its automaton, and
+    the best policies reach the same satisfaction probability as those on the product with the original automaton.
+
     Attributes:
         automaton: the automaton; its states are `automaton_state` (n_states,).
 
@@ -143,13 +152,21 @@ class Product(_LabelledProduct):
         C. Baier, J.-P. Katoen, Principles of Model Checking, MIT Press 2008, section 10.6.4.
     """
 
-    def __init__(self, mdp: LabelledMDP, automaton: RabinAutomaton, *, initial_label: InitialLabel = "read") -> None:
+    def __init__(
+        self,
+        mdp: LabelledMDP,
+        automaton: RabinAutomaton,
+        *,
+        commit: IntArray | None = None,
+        initial_label: InitialLabel = "read",
+    ) -> None:
         reader = Reader(
             next_state=automaton.delta.astype(np.int64),
             goes_on=np.ones(automaton.delta.shape, dtype=np.bool_),
             initial_state=automaton.initial_state,
             input_probability=input_probability(mdp, automaton.aps, automaton.letter_class),
             ends=np.zeros(mdp.n_states, dtype=np.bool_),
+            commit=_choices(commit),
         )
         unfolding = Unfolding(mdp, reader, initial_label)
         super().__init__(mdp, unfolding, unfolding.transitions, None)
@@ -231,10 +248,12 @@ class RewardProduct(_LabelledProduct):
             initial_state=int(tables.initial_state),
             input_probability=inputs,
             ends=np.zeros(mdp.n_states, dtype=np.bool_) if mdp.terminal is None else mdp.terminal,
+            commit=_choices(getattr(tables, "commit", None)),
         )
         self._unfolding = Unfolding(mdp, reader, initial_label)
         self._columns = columns
-        super().__init__(mdp, self._unfolding, self._unfolding.transitions(1 - stop), self._unfolding.ending(stop))
+        matrix, leak = self._unfolding.transitions(1 - stop), self._unfolding.ending(stop)
+        super().__init__(mdp, self._unfolding, matrix, leak)
         self.tables = tables
         self.reward = self.expected(columns["reward"] + stop * columns["stop_reward"])
         self.violation = self.expected(columns["violated"])
@@ -265,6 +284,10 @@ class RewardProduct(_LabelledProduct):
 
 
 _COLUMNS = ("next_state", "reward", "discount", "stop", "stop_reward", "violated", "accepted")
+
+
+def _choices(commit: IntArray | None) -> IntArray | None:
+    return commit if commit is not None and commit.shape[1] else None
 
 
 def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:

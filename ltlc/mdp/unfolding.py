@@ -37,10 +37,27 @@ class Reader:
     ends: BoolArray
     """(n_mdp_states,), entering the state ends the episode."""
 
+    commit: IntArray | None = None
+    """shape (n_machine_states, n_choices): where a policy may move the machine, along with an action; -1 = it may not;
+    None = there are no choices."""
+
     @property
     def size(self) -> int:
         """Number of machine states."""
         return int(self.next_state.shape[0])
+
+    def options(self, machine: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        """What a policy can do about machine states before a step: stay in one, or go where a choice leads.
+
+        Returns:
+            the index in `machine`, 0 for staying or 1 + the number of the choice, and the machine state then; sorted
+            by the first two.
+        """
+        if self.commit is None:
+            return np.arange(len(machine)), np.zeros(len(machine), dtype=np.int64), machine
+        then = np.column_stack((machine, self.commit[machine]))
+        owner, option = np.nonzero(then >= 0)
+        return owner, option, then[owner, option]
 
 
 class Unfolding:
@@ -69,8 +86,12 @@ class Unfolding:
         np.add.at(self.initial, np.searchsorted(keys, start_keys), start_weight)
 
         self._base, self._size = mdp.explicit, reader.size
-        self.choice_start, rows = _rows(self._base, self.mdp_state)
-        self.choice_action = self._base.choice_action[rows]
+        # an act is a product state with one of its options, after which the machine is in a state and the MDP moves
+        self._owner, option, self._act_machine = reader.options(self.machine_state)
+        self._act_state = self.mdp_state[self._owner]
+        self._first_action = mdp.n_actions * option
+        self.n_actions = mdp.n_actions * (1 if reader.commit is None else 1 + reader.commit.shape[1])
+        self._act_start, self.choice_start, self.choice_action, _ = self._choices_of(self._base)
         self.n_arrivals = len(arrivals)
         self._arrivals = arrivals
         self._arrival_number = np.cumsum(arrived, dtype=np.int32) - np.int32(1)
@@ -107,14 +128,14 @@ class Unfolding:
         """
         base, result = self._base, np.empty(self.n_choices)
         entered, machine = np.divmod(self._arrivals, self._size)
-        for state in np.unique(self.machine_state):
-            there, here = np.flatnonzero(machine == state), np.flatnonzero(self.machine_state == state)
+        for state in np.unique(self._act_machine):
+            there, here = np.flatnonzero(machine == state), np.flatnonzero(self._act_machine == state)
             value = np.zeros(base.n_states)
             value[entered[there]] = per_arrival[there]
-            start, rows = _rows(base, self.mdp_state[here])
+            start, rows = _rows(base, self._act_state[here])
             few = 2 * len(rows) < base.n_choices
             mean = base.matrix[rows] @ value if few else (base.matrix @ value)[rows]
-            result[ranges(self.choice_start[here], np.diff(start))] = mean
+            result[ranges(self._act_start[here], np.diff(start))] = mean
         return result
 
     def after_step(self, value: FloatArray) -> FloatArray:
@@ -143,7 +164,7 @@ class Unfolding:
         factor = self.reading_probability
         if weight is not None:
             factor = factor * weight[self.reading_machine_state, self.reading_input]
-        return self._read(self._moves(self._base.matrix, self.choice_start), factor)
+        return self._read(self._moves(self._base), factor)
 
     def support(self, marks: Sequence[BoolArray]) -> tuple[Support, list[BoolArray]]:
         """The graph of the product, and which of its choices have a mark with a branch.
@@ -152,34 +173,41 @@ class Unfolding:
         searched for equal rows.
         """
         base = self._base.support
-        graph = base.graph
-        start, rows = _rows(graph, self.mdp_state)
-        moves = self._moves(graph.matrix, start, graph)
+        moves = self._moves(base.graph)
         marked = []
         for table in marks:
             hit = self._per_arrival(table[self.reading_machine_state, self.reading_input].astype(np.float64)) > 0
             marked.append(row_any(moves, hit))
         matrix = self._read(moves, None)
-        merged = ExplicitMDP(matrix, start, graph.choice_action[rows], self.initial, n_actions=self._base.n_actions)
-        _, original = _rows(self._base, self.mdp_state)
-        offset = start[:-1] - graph.choice_start[self.mdp_state]
-        of_choice = base.of_choice[original] + np.repeat(offset, np.diff(self.choice_start)).astype(np.int32)
+        act_start, start, action, _ = self._choices_of(base.graph)
+        merged = ExplicitMDP(matrix, start, action, self.initial, n_actions=self.n_actions)
+        _, original = _rows(self._base, self._act_state)
+        offset = act_start[:-1] - base.graph.choice_start[self._act_state]
+        of_choice = base.of_choice[original] + np.repeat(offset, np.diff(self._act_start)).astype(np.int32)
         return Support(merged, of_choice), marked
+
+    def _choices_of(self, base: ExplicitMDP) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+        """Where the choices of each act and of each product state begin, their actions, and their choices in `base`."""
+        act_start, rows = _rows(base, self._act_state)
+        first = np.searchsorted(self._owner, np.arange(self.n_states + 1))
+        action = base.choice_action[rows]
+        if self._first_action.any():
+            action = action + np.repeat(self._first_action, np.diff(act_start))
+        return act_start, act_start[first], action, rows
 
     def _per_arrival(self, per_reading: FloatArray) -> FloatArray:
         if len(self.reading_arrival) == self.n_arrivals:
             return per_reading
         return np.bincount(self.reading_arrival, per_reading, minlength=self.n_arrivals).astype(np.float64, copy=False)
 
-    def _moves(self, matrix: Any, choice_start: IntArray, base: ExplicitMDP | None = None) -> Any:
+    def _moves(self, base: ExplicitMDP) -> Any:
         """The environment's half of a step: choice (s, q, a) -> arrival (s', q), csr_array (n_choices, n_arrivals)."""
-        base = self._base if base is None else base
-        per_state = np.diff(choice_start)
-        rows = ranges(base.choice_start[self.mdp_state], per_state)
+        matrix = base.matrix
+        act_start, _, _, rows = self._choices_of(base)
         length = np.diff(matrix.indptr)[rows]
         entry = ranges(matrix.indptr[rows], length)
         key = matrix.indices[entry].astype(np.int64) * self._size
-        key += np.repeat(np.repeat(self.machine_state, per_state), length)
+        key += np.repeat(np.repeat(self._act_machine, np.diff(act_start)), length)
         indptr = _pointers(length)
         shape = (len(rows), self.n_arrivals)
         return sparse.csr_array((matrix.data[entry], self._arrival_number[key], indptr), shape=shape)
@@ -260,6 +288,8 @@ def _reach(mdp: LabelledMDP, reader: Reader, start: IntArray) -> tuple[BoolArray
     seen[frontier] = True
     while frontier.size:
         state, machine = np.divmod(frontier, size)
+        owner, _, machine = reader.options(machine)
+        state = state[owner]
         length = degree[state]
         entered = edges.indices[ranges(edges.indptr[state], length)].astype(np.int64)
         arrival = _fresh(entered * size + np.repeat(machine, length), arrived, ticket)

@@ -65,7 +65,8 @@ class PolicyVerdict:
 class Judge:
     """Judges policies of one task in one known environment; what does not depend on the policy is computed once.
 
-    A policy is an action for each pair of environment and table state, int, shape (n_mdp_states, n_table_states).
+    A policy is an action for each pair of environment and table state, int, shape (n_mdp_states, n_table_states); where
+    the tables have choices, those of the wrapped environment.
 
     Args:
         mdp: the environment.
@@ -90,7 +91,8 @@ class Judge:
         initial_label: InitialLabel = "read",
     ) -> None:
         self.rewards = RewardProduct(mdp, tables, initial_label=initial_label)
-        self.words = Product(mdp, refined_automaton(automaton, tables), initial_label=initial_label)
+        refined = refined_automaton(automaton, tables)
+        self.words = Product(mdp, refined, commit=_choices(tables), initial_label=initial_label)
 
     @cached_property
     def maximum(self) -> MaxSatisfaction:
@@ -207,3 +209,10 @@ def refined_automaton(automaton: RabinAutomaton, tables: RefinedColumns) -> Rabi
         acceptance="transition",
         state_names=None,
     )
+
+
+def _choices(tables: RefinedColumns) -> IntArray:
+    """The choices of the tables, on the states of `refined_automaton`; usually there are none."""
+    n = len(np.asarray(tables.automaton_state))
+    commit = np.asarray(getattr(tables, "commit", np.zeros((n, 0), dtype=np.int32)))
+    return np.vstack((commit, np.full((1, commit.shape[1]), -1, dtype=np.int32)))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.rewards.forms import one_pair_form
 from ltlc.rewards.need import buchi_or_one_pair
 from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
 
@@ -29,6 +30,10 @@ class Accept(RewardScheme):
 
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)
+
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """See `ltlc.rewards.forms.one_pair_form`."""
+        return one_pair_form(dra)
 
     def steps(self, dra: RabinAutomaton) -> Steps:
         """1 on acceptance; an accepting sink is worth 1 at every step for ever."""

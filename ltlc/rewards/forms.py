@@ -1,15 +1,17 @@
-"""Which acceptance form a deterministic Rabin automaton has, whatever pairs it is written with.
+"""Which acceptance form a deterministic Rabin automaton has, whatever pairs it is written with, and how to get one.
 
 Marks are on edges (state, letter class) here, as `RabinAutomaton.edge_fin` and `edge_inf` give them.
 """
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 
-from ltlc import graph
-from ltlc.automata import RabinAutomaton
+from ltlc import automata, graph
+from ltlc.automata import RabinAutomaton, Refinement, limit_deterministic, to_parity
 from ltlc.rewards.tables import BoolArray, IntArray
 
 
@@ -60,32 +62,38 @@ def buchi_marks(dra: RabinAutomaton) -> BoolArray | None:
 
 
 def parity_colours(dra: RabinAutomaton) -> IntArray | None:
-    """Colours that make the automaton a parity automaton (max odd) for its own language, or None.
+    """Colours that make the automaton a parity automaton (max odd) for its own language, or None where none do.
 
-    Found for Büchi-type automata, for one pair, and for pairs that form a chain; other automata need a product with a
-    record of pairs.
+    Those of its Büchi form if it has one, else the fewest; see `ltlc.automata.parity_colours`.
 
     Returns:
         shape (n_states, n_classes), int32: a run is accepted iff the largest colour it sees infinitely often is odd.
-
-    References:
-        A. Mostowski, Regular expressions for infinite trees and a standard form of automata, 1984,
-        doi 10.1007/3-540-16066-3_15 (Rabin chain condition).
     """
     buchi = buchi_marks(dra)
-    if buchi is not None:
-        return buchi.astype(np.int32)
-    fin, inf = relevant_marks(dra)
-    inf |= fin  # a cycle that sees Fin of a pair is rejected by it, so its Inf mark there says nothing
-    colours = np.zeros_like(dra.delta)
-    outer = np.ones_like(dra.delta, dtype=np.bool_)
-    order = sorted(np.flatnonzero(inf.any(axis=(1, 2))).tolist(), key=lambda i: (-int(inf[i].sum()), i))
-    for i in order:
-        if (inf[i] & ~outer).any():
-            return None
-        colours += inf[i].astype(np.int32) + fin[i]
-        outer = fin[i]
-    return colours
+    return automata.parity_colours(dra) if buchi is None else buchi.astype(np.int32)
+
+
+def buchi_form(dra: RabinAutomaton) -> Refinement:
+    """The automaton itself if it is of Büchi type; else one with a choice of the pair to satisfy."""
+    return limit_deterministic(dra) if buchi_marks(dra) is None else Refinement.trivial(dra)
+
+
+def parity_form(dra: RabinAutomaton) -> Refinement:
+    """The automaton itself if it is of parity type; else its product with a record of pairs."""
+    return to_parity(dra) if parity_colours(dra) is None else Refinement.trivial(dra)
+
+
+def one_pair_form(dra: RabinAutomaton) -> Refinement:
+    """The automaton itself if it has one pair; else its Büchi form, written with one pair."""
+    if dra.n_pairs == 1:
+        return Refinement.trivial(dra)
+    marks = buchi_marks(dra)
+    return limit_deterministic(dra) if marks is None else Refinement.trivial(with_buchi_marks(dra, marks))
+
+
+def with_buchi_marks(dra: RabinAutomaton, edges: BoolArray) -> RabinAutomaton:
+    """The automaton with Inf marks on these edges as its only marks."""
+    return dataclasses.replace(dra, fin=np.zeros_like(edges[None]), inf=edges[None], acceptance="transition")
 
 
 def _on_rejecting_cycle(dra: RabinAutomaton) -> BoolArray:

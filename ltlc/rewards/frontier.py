@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
+from ltlc.rewards.forms import buchi_form, with_buchi_marks
 from ltlc.rewards.need import buchi
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_on_deadlock, check_probability, tables_of
 from ltlc.rewards.tables import BoolArray, RewardTables
@@ -56,25 +57,31 @@ class Frontier(RewardScheme):
             satisfaction=1 / (1 - self.eta),
         )
 
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """The Büchi form, with its accepting edges as Inf marks."""
+        form = buchi_form(dra)
+        marked = with_buchi_marks(form.automaton, buchi(self, form.automaton))
+        return dataclasses.replace(form, automaton=marked)
+
     def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
-        """The tables over (automaton state, frontier); see `RewardScheme.compile`."""
+        """The tables, over (automaton state, frontier) where sets are given; see `RewardScheme.compile`."""
+        if self.sets is None:
+            return super().compile(dra, on_deadlock)
         mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
-        refined, automaton_state = _refine(dra, self._edges(dra))
-        tables = tables_of(refined, self.steps(refined), mode)
+        refined, automaton_state = _with_frontier(dra, self._edges(dra, self.sets))
+        tables = tables_of(refined, Refinement.trivial(refined), self.steps(refined), mode)
         return dataclasses.replace(tables, automaton_state=automaton_state)
 
-    def _edges(self, dra: RabinAutomaton) -> list[BoolArray]:
-        if self.sets is None:
-            return [buchi(self, dra)]
-        for states in self.sets:
+    def _edges(self, dra: RabinAutomaton, sets: Iterable[frozenset[int]]) -> list[BoolArray]:
+        for states in sets:
             if not all(0 <= q < dra.n_states for q in states):
                 raise InvalidArgumentError(
                     f"reward scheme frontier: set {sorted(states)} names a state outside 0..{dra.n_states - 1}"
                 )
-        return [np.isin(dra.delta, sorted(states)) for states in self.sets]
+        return [np.isin(dra.delta, sorted(states)) for states in sets]
 
 
-def _refine(dra: RabinAutomaton, edges: Sequence[BoolArray]) -> tuple[RabinAutomaton, np.ndarray]:
+def _with_frontier(dra: RabinAutomaton, edges: Sequence[BoolArray]) -> tuple[RabinAutomaton, np.ndarray]:
     """The reachable (state, frontier) automaton with Inf marks on rewarded edges, and the state behind each of its."""
     entered = np.tensordot(1 << np.arange(len(edges)), np.array(edges, dtype=np.int64), axes=1)
     full = (1 << len(edges)) - 1

@@ -10,10 +10,6 @@ from ltlc.rewards import forms
 from ltlc.rewards.scheme import RewardScheme
 from ltlc.rewards.tables import BoolArray, IntArray
 
-_ANY = ("thesis", "thesis-code")
-_ONE_PAIR = ("sadigh", "accept")
-_PARITY = ("parity",)
-
 
 def buchi(scheme: RewardScheme, dra: RabinAutomaton) -> BoolArray:
     """Accepting edges of the automaton as a Büchi automaton.
@@ -45,7 +41,7 @@ def parity(scheme: RewardScheme, dra: RabinAutomaton) -> IntArray:
     """Colours of the automaton as a parity automaton (max odd).
 
     Raises:
-        InvalidArgumentError: its pairs do not form a chain.
+        InvalidArgumentError: it is none.
     """
     colours = forms.parity_colours(dra)
     if colours is None:
@@ -53,16 +49,10 @@ def parity(scheme: RewardScheme, dra: RabinAutomaton) -> IntArray:
     return colours
 
 
-def lacks_form(scheme: RewardScheme, dra: RabinAutomaton, advice: str = "") -> InvalidArgumentError:
-    """The error for an automaton without the form a scheme needs; it names the schemes that would do."""
-    would_do = list(_ANY)
-    if dra.n_pairs == 1:
-        would_do += _ONE_PAIR
-    if forms.parity_colours(dra) is not None:
-        would_do += _PARITY
+def lacks_form(scheme: RewardScheme, dra: RabinAutomaton) -> InvalidArgumentError:
+    """The error for an automaton without the form that the steps of a scheme are about."""
     pairs = "1 Rabin pair" if dra.n_pairs == 1 else f"{dra.n_pairs} Rabin pairs"
-    usable = ", ".join(name for name in would_do if name != scheme.name)
     return InvalidArgumentError(
         f"reward scheme {scheme.name!r} needs {scheme.needs}, and the automaton of {dra.formula or 'this language'} "
-        f"({dra.n_states} states, {pairs}) has not; " + (f"{advice}, or " if advice else "") + f"use one of: {usable}"
+        f"({dra.n_states} states, {pairs}) has not; `compile` brings it into that form, `steps` does not"
     )

@@ -7,10 +7,14 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
-from ltlc.errors import UnknownNameError
+from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.rewards.forms import parity_form
 from ltlc.rewards.need import parity
 from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+
+SMALLEST_WEIGHT = 1e-15
+"""1 minus anything much smaller is 1 in double precision."""
 
 Mode = Literal["terminate", "adaptive"]
 
@@ -34,7 +38,7 @@ class Parity(RewardScheme):
     guarantee: ClassVar[str] = (
         "On a finite MDP optimal policies maximise the probability of satisfaction for every epsilon small enough."
     )
-    needs: ClassVar[str] = "parity form: one Rabin pair, or pairs that form a chain"
+    needs: ClassVar[str] = "parity form"
 
     epsilon: float = 0.01
     """ratio between the weights of neighbouring colours, in (0, 1)."""
@@ -46,10 +50,21 @@ class Parity(RewardScheme):
         if self.mode not in get_args(Mode):
             raise UnknownNameError("mode of the parity scheme", self.mode, get_args(Mode))
 
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """See `ltlc.rewards.forms.parity_form`."""
+        return parity_form(dra)
+
     def steps(self, dra: RabinAutomaton) -> Steps:
         """Weights by colour."""
         colours = parity(self, dra)
         weight = np.power(self.epsilon, 1 + colours.max() - colours, dtype=np.float64)
+        if weight.min() < SMALLEST_WEIGHT:
+            n_colours = int(colours.max() - colours.min()) + 1
+            raise InvalidArgumentError(
+                f"reward scheme parity: {n_colours} colours with epsilon {self.epsilon:g} need weights as small as "
+                f"{weight.min():.1g}, which rounding swallows; take epsilon {SMALLEST_WEIGHT ** (1 / n_colours):.2g} "
+                "or larger"
+            )
         odd = colours % 2 == 1
         if self.mode == "terminate":
             return Steps(accepted=odd, stop=weight, stop_reward=odd.astype(float), satisfaction=1.0)

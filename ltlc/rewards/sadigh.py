@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
+from ltlc.rewards.forms import one_pair_form
 from ltlc.rewards.need import lacks_form
 from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
 
@@ -28,7 +29,7 @@ class Sadigh(RewardScheme):
         "If some policy satisfies the chosen pair almost surely, then for gamma near enough to 1 and weight_fin large "
         "enough an optimal policy does; below probability 1 it promises nothing."
     )
-    needs: ClassVar[str] = "one Rabin pair, or several of which one is chosen by `pair`"
+    needs: ClassVar[str] = "one Rabin pair, or several of which `pair` names one; otherwise policies choose one"
 
     weight_inf: float = 1.0
     """reward on an Inf mark."""
@@ -37,15 +38,19 @@ class Sadigh(RewardScheme):
     gamma: float = 0.99
     """discount of every step, in (0, 1]."""
     pair: int | None = None
-    """index of the pair that is rewarded; may be left out where there is one."""
+    """index of the pair that is rewarded; None: the only one, or that which the policy chooses."""
 
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)
 
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """The automaton itself where the pair is known; see `ltlc.rewards.forms.one_pair_form`."""
+        return one_pair_form(dra) if self.pair is None else Refinement.trivial(dra)
+
     def steps(self, dra: RabinAutomaton) -> Steps:
         """Weights of the chosen pair."""
         if self.pair is None and dra.n_pairs != 1:
-            raise lacks_form(self, dra, "choose one with `pair=...` knowing that no single pair may do")
+            raise lacks_form(self, dra)
         pair = self.pair or 0
         if not 0 <= pair < dra.n_pairs:
             raise InvalidArgumentError(f"reward scheme sadigh: pair {pair} of an automaton with {dra.n_pairs}")

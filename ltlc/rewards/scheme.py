@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.rewards.tables import BoolArray, FloatArray, RewardTables
 
@@ -29,7 +29,7 @@ class Steps:
     stop: FloatArray | float = 0.0
     stop_reward: FloatArray | float = 0.0
     violation: float = 0.0
-    """reward of a step that enters a deadlock, instead of `reward`."""
+    """reward of a step that enters a deadlock or breaks the promise to satisfy a pair, instead of `reward`."""
     satisfaction: float | None = None
     """reward of the step into an accepting sink, where the episode ends: what accepting at every step for ever would
     be worth; None if that has no finite value, and then the episode goes on."""
@@ -45,7 +45,7 @@ class RewardScheme(ABC):
     guarantee: ClassVar[str]
     """one sentence: what a policy that is optimal for these rewards is known to satisfy."""
     needs: ClassVar[str]
-    """the form the automaton must have."""
+    """the form of automaton that `steps` takes; `compile` brings any automaton into it."""
     on_deadlock: ClassVar[OnDeadlock] = "terminate"
     """what follows a violation unless `compile` is told otherwise."""
 
@@ -57,6 +57,10 @@ class RewardScheme(ABC):
             InvalidArgumentError: the automaton lacks the form the scheme needs.
         """
 
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """The automaton in the form that `steps` takes; here any will do."""
+        return Refinement.trivial(dra)
+
     @property
     def parameters(self) -> dict[str, Any]:
         """Parameter values by name."""
@@ -65,8 +69,12 @@ class RewardScheme(ABC):
     def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
         """The tables of this scheme for one automaton.
 
+        An automaton without the form the scheme needs gets it: table states then refine its states, and where only a
+        policy can know which pair it is going to satisfy, the tables have choices (`RewardTables.commit`).
+
         The reward is computed from the state entered, before any reset, so a violation is always paid for. The step
-        into an accepting sink ends the episode wherever staying there has a finite value.
+        into an accepting sink ends the episode wherever staying there has a finite value. So does a step that breaks
+        the promise to satisfy a pair.
 
         Args:
             dra: the automaton.
@@ -74,11 +82,13 @@ class RewardScheme(ABC):
                 end the episode (`terminate`); by default what the source of the scheme does.
 
         Raises:
-            InvalidArgumentError: the automaton lacks the form the scheme needs.
+            InvalidArgumentError: a parameter does not fit the automaton.
+            StateLimitExceeded: the form would need too many states.
             UnknownNameError: `on_deadlock` is none of the three.
         """
         mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
-        return tables_of(dra, self.steps(dra), mode)
+        refinement = self.refinement(dra)
+        return tables_of(dra, refinement, self.steps(refinement.automaton), mode)
 
 
 def check_on_deadlock(mode: str) -> OnDeadlock:
@@ -104,38 +114,52 @@ def check_probability(scheme: RewardScheme, field: str, *, one: bool = False) ->
         raise InvalidArgumentError(f"reward scheme {scheme.name}: {field} is {value!r}; it must lie {bounds}")
 
 
-def tables_of(dra: RabinAutomaton, steps: Steps, on_deadlock: OnDeadlock) -> RewardTables:
-    """Put what a scheme says about steps together with deadlocks, accepting sinks and progress."""
-    shape = dra.delta.shape
-    violated = is_deadlock(dra)[dra.delta]
-    settled = is_accepting_sink(dra)[dra.delta]
+def tables_of(dra: RabinAutomaton, refinement: Refinement, steps: Steps, on_deadlock: OnDeadlock) -> RewardTables:
+    """Put what a scheme says about steps together with deadlocks, accepting sinks and progress of the automaton.
+
+    Args:
+        dra: the automaton of the task.
+        refinement: of it, that `steps` is about.
+        steps: what the scheme says.
+        on_deadlock: see `RewardScheme.compile`.
+    """
+    delta, origin = refinement.automaton.delta, refinement.origin
+    broken = (origin < 0)[delta]
+    entered = np.where(broken, dra.delta[origin], origin[delta])
+    violated = is_deadlock(dra)[entered]
+    broken &= ~violated
+    settled = is_accepting_sink(dra)[entered] & ~broken
     satisfied = settled & (steps.satisfaction is not None)
     reward, discount, stop, stop_reward = (
-        np.broadcast_to(np.asarray(part, dtype=np.float64), shape).copy()
+        np.broadcast_to(np.asarray(part, dtype=np.float64), delta.shape).copy()
         for part in (steps.reward, steps.discount, steps.stop, steps.stop_reward)
     )
-    reward[violated], stop[violated], stop_reward[violated] = steps.violation, 0.0, 0.0
+    failed = violated | broken
+    reward[failed], stop[failed], stop_reward[failed] = steps.violation, broken[failed], 0.0
     reward[satisfied], stop[satisfied], stop_reward[satisfied] = steps.satisfaction or 0.0, 1.0, 0.0
-    next_state = dra.delta.copy()
+    # the states without a promise come first, numbered as those of the automaton
+    next_state = np.where(origin[delta] < 0, entered, delta)
     if on_deadlock == "stay":
-        next_state = np.where(violated, np.arange(dra.n_states)[:, None], next_state)
+        next_state = np.where(violated, np.arange(len(delta))[:, None], next_state)
     elif on_deadlock == "initial":
-        next_state[violated] = dra.initial_state
+        next_state[violated] = refinement.automaton.initial_state
     else:
         stop[violated] = 1.0
+    kept = origin >= 0
     return RewardTables(
         aps=dra.aps,
-        letter_class=dra.letter_class,
-        initial_state=dra.initial_state,
-        next_state=next_state,
-        reward=reward,
-        discount=discount,
-        stop=stop,
-        stop_reward=stop_reward,
-        violated=violated,
-        accepted=(steps.accepted | settled) & ~violated,
-        automaton_state=np.arange(dra.n_states, dtype=np.int32),
-        progress=progress(dra),
+        letter_class=refinement.automaton.letter_class,
+        initial_state=refinement.automaton.initial_state,
+        next_state=next_state[kept],
+        reward=reward[kept],
+        discount=discount[kept],
+        stop=stop[kept],
+        stop_reward=stop_reward[kept],
+        violated=violated[kept],
+        accepted=((steps.accepted | settled) & ~failed)[kept],
+        automaton_state=origin[kept],
+        progress=progress(dra)[origin[kept]],
+        commit=refinement.commit[kept],
     )
 
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps
 from ltlc.rewards.tables import FloatArray, RewardTables
@@ -23,7 +23,7 @@ def shape(tables: RewardTables, potential: FloatArray) -> RewardTables:
 
     Args:
         tables: what to shape.
-        potential: shape (n_states,), float64, finite.
+        potential: shape (n_states,), float64, finite; equal before and after a choice of a pair.
 
     References:
         A. Y. Ng, D. Harada, S. Russell, Policy invariance under reward transformations, ICML 1999,
@@ -61,6 +61,10 @@ class Shaped(RewardScheme):
     def __post_init__(self) -> None:
         if not math.isfinite(self.weight):
             raise InvalidArgumentError(f"shaping weight is {self.weight!r}; it must be a finite number")
+
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """That of the scheme underneath."""
+        return self.scheme.refinement(dra)
 
     def steps(self, dra: RabinAutomaton) -> Steps:
         """The steps of the scheme underneath; shaping needs the compiled tables."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,9 @@ class RewardTables:
     One step from table state q with a letter of class c pays `reward[q, c]` and moves to `next_state[q, c]`. With
     probability `stop[q, c]` the episode ends there, `stop_reward[q, c]` is paid on top, and nothing follows; otherwise
     what follows is worth `discount[q, c]` of itself.
+
+    Where the scheme needs to be told which Rabin pair a policy is going to satisfy, the policy may go from q to
+    `commit[q, i]` before the environment makes a step: together with an action, for free, once in an episode.
 
     Raises:
         InvalidArgumentError: the arrays do not fit together, or an entry is out of range or not finite.
@@ -49,24 +52,31 @@ class RewardTables:
     """shape (n_states,), int32; the automaton state behind each table state (a scheme may refine states)."""
     progress: FloatArray
     """shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, less the more letters away, 0 in a deadlock."""
+    commit: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int32))
+    """shape (n_states, n_choices), int32; the state after choosing pair i, -1 where it cannot be chosen; usually there
+    are no choices."""
 
     def __post_init__(self) -> None:
         table = np.shape(self.next_state)
         _check(len(table) == 2 and min(table) > 0, f"next_state has shape {table}, expected (n_states, n_classes)")
         _freeze(self, "letter_class", np.int32, (2 ** len(self.aps),))
         _freeze(self, "next_state", np.int32, table)
-        for field in ("reward", "discount", "stop", "stop_reward"):
-            _freeze(self, field, np.float64, table)
-        for field in ("violated", "accepted"):
-            _freeze(self, field, np.bool_, table)
+        for name in ("reward", "discount", "stop", "stop_reward"):
+            _freeze(self, name, np.float64, table)
+        for name in ("violated", "accepted"):
+            _freeze(self, name, np.bool_, table)
         _freeze(self, "automaton_state", np.int32, table[:1])
         _freeze(self, "progress", np.float64, table[:1])
-        for field in ("reward", "stop_reward"):
-            _check(bool(np.isfinite(getattr(self, field)).all()), f"{field} has an entry that is not finite")
-        for field in ("discount", "stop", "progress"):
-            values = getattr(self, field)
-            _check(bool(((values >= 0) & (values <= 1)).all()), f"{field} has an entry outside [0, 1]")
+        if not np.size(self.commit):
+            object.__setattr__(self, "commit", np.zeros((table[0], 0)))
+        _freeze(self, "commit", np.int32, (table[0], np.shape(self.commit)[-1]))
+        for name in ("reward", "stop_reward"):
+            _check(bool(np.isfinite(getattr(self, name)).all()), f"{name} has an entry that is not finite")
+        for name in ("discount", "stop", "progress"):
+            values = getattr(self, name)
+            _check(bool(((values >= 0) & (values <= 1)).all()), f"{name} has an entry outside [0, 1]")
         _check(_within(self.next_state, self.n_states), "next_state leads outside the states")
+        _check(_within(self.commit + 1, self.n_states + 1), "commit leads outside the states")
         _check(_within(self.letter_class, self.n_classes), "letter_class names a class that has no column")
         _check(0 <= self.initial_state < self.n_states, f"initial state {self.initial_state} of {self.n_states} states")
 
@@ -79,6 +89,11 @@ class RewardTables:
     def n_classes(self) -> int:
         """Number of letter classes."""
         return int(self.next_state.shape[1])
+
+    @property
+    def n_choices(self) -> int:
+        """Number of Rabin pairs that can be chosen between; mostly 0."""
+        return int(self.commit.shape[1])
 
     @property
     def terminal(self) -> BoolArray:
@@ -105,8 +120,8 @@ def _within(array: IntArray, bound: int) -> bool:
     return bool(((array >= 0) & (array < bound)).all())
 
 
-def _freeze(tables: RewardTables, field: str, dtype: type[np.generic], shape: tuple[int, ...]) -> None:
-    array = np.array(getattr(tables, field), dtype=dtype)
-    _check(array.shape == shape, f"{field} has shape {array.shape}, expected {shape}")
+def _freeze(tables: RewardTables, name: str, dtype: type[np.generic], shape: tuple[int, ...]) -> None:
+    array = np.array(getattr(tables, name), dtype=dtype)
+    _check(array.shape == shape, f"{name} has shape {array.shape}, expected {shape}")
     array.flags.writeable = False
-    object.__setattr__(tables, field, array)
+    object.__setattr__(tables, name, array)

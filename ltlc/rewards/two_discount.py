@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.rewards.forms import buchi_form
 from ltlc.rewards.need import buchi
 from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
 
@@ -37,6 +38,10 @@ class TwoDiscount(RewardScheme):
     def __post_init__(self) -> None:
         check_probability(self, "gamma_accept")
         check_probability(self, "gamma", one=True)
+
+    def refinement(self, dra: RabinAutomaton) -> Refinement:
+        """See `ltlc.rewards.forms.buchi_form`."""
+        return buchi_form(dra)
 
     def steps(self, dra: RabinAutomaton) -> Steps:
         """The value of accepting for ever is 1."""

@@ -6,6 +6,9 @@ import time
 
 from ltlc.errors import StateLimitExceeded, TimeLimitExceeded
 
+_MOVES_PER_STATE = 20_000
+"""a state with more moves counts as too many states."""
+
 
 class Budget:
     """Limits on states and seconds, checked inside every loop that can grow.
@@ -41,6 +44,11 @@ class Budget:
                 " or split the formula"
             )
         self.check_time()
+
+    def check_moves(self, n_moves: int) -> None:
+        """Raise StateLimitExceeded if one state has so many moves that the limit on states would not help."""
+        if n_moves > _MOVES_PER_STATE:
+            self.check_size(n_moves // _MOVES_PER_STATE + self.max_states)
 
     def check_time(self) -> None:
         """Raise TimeLimitExceeded if the time is over."""

@@ -418,7 +418,7 @@ class Closure:
                 if common:
                     c = combine(a, b)
                     merged[c] = merged.get(c, 0) | common
-        self.budget.check_size(len(merged))
+        self.budget.check_moves(len(merged))
         return merged
 
     # -- syntactic implication ----------------------------------------------------------------------------------------

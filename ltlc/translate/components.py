@@ -99,7 +99,7 @@ class Breakpoint:
                 common = letters & due_letters
                 if common:
                     result.append((common, *self._next(following, remaining)))
-        self._closure.budget.check_size(len(result))
+        self._closure.budget.check_moves(len(result))
         return result
 
     def _next(self, whole: Obligation, due: Obligation) -> tuple[Hashable, int]:

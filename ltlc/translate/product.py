@@ -101,7 +101,7 @@ class _Product:
                 for letters_i, target, more in ways
                 if (common := letters & letters_i)
             ]
-            self.budget.check_size(len(partial))
+            self.budget.check_moves(len(partial))
         return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
 
     def condition(self, state: ProductState) -> Acceptance:

@@ -1,0 +1,123 @@
+"""Steps of a wrapped vector environment in numbers: environment states, actions, letter classes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from gymnasium.vector import VectorEnv
+
+from ltlc.automata import RabinAutomaton
+from ltlc.envs import LTLVectorWrapper
+from ltlc.errors import InvalidArgumentError
+from ltlc.rewards import OnDeadlock, RewardScheme
+from ltlc.rewards.scheme import Steps
+from ltlc.task import Task
+
+from ..collect import Collector, Interface
+from ..encoder import ObservationEncoder
+
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Environment steps, one entry of each array per step; all arrays have shape (n,)."""
+
+    state: IntArray
+    """environment state before the action."""
+    table_state: IntArray
+    """state of the reward tables before the action."""
+    action: IntArray
+    letter_class: IntArray
+    """class of the letter read on arrival."""
+    next_state: IntArray
+    terminated: BoolArray
+    """whether the environment itself ended the episode."""
+
+
+class Experience:
+    """What a tabular learner knows of an environment: it can be reset and stepped, and its states have numbers.
+
+    Args:
+        env: an `LTLVectorWrapper` (or wrappers around one) over an environment with discrete observations and actions,
+            reading the label of the first observation (`initial_label="read"`).
+        seed: of the environment.
+        unrewarded: whether the rewards of the task, which may also end episodes, are left out. Learners of a model
+            want to see what comes after. Episodes then end only where the environment ends them; one that has parts
+            which cannot be left should have a limit on the length of episodes.
+
+    Attributes:
+        automaton: of the task.
+        tables: reward tables of the task.
+        n_states: number of environment states.
+        n_actions: number of actions.
+        steps: environment steps so far, all sub-environments together.
+
+    Raises:
+        InvalidArgumentError: there is no `LTLVectorWrapper`, or the observations are not numbered.
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any], seed: int, *, unrewarded: bool = False) -> None:
+        interface = Interface.of(env)
+        wrapper = interface.wrapper
+        if wrapper is None:
+            raise InvalidArgumentError("a tabular learner needs a task; put LTLVectorWrapper around the environment")
+        if unrewarded:
+            task = Task(wrapper.task.automaton, _Unrewarded())
+            wrapper = LTLVectorWrapper(wrapper.env, task, wrapper.labels, extra_labels="ignore")
+            interface = Interface.of(wrapper)
+        self._encoder = ObservationEncoder(interface.space)
+        if not self._encoder.n_observations:
+            raise InvalidArgumentError(
+                f"tabular learning needs a small number of observations; this environment shows {interface.space}"
+            )
+        self._collector = Collector(interface, self._encoder)
+        self._collector.reset(seed)
+        self.automaton, self.tables = wrapper.task.automaton, wrapper.task.tables
+        self.n_states, self.n_actions = self._encoder.n_observations, interface.n_actions
+        self.n_envs = env.num_envs
+        self.steps = 0
+
+    @property
+    def state(self) -> IntArray:
+        """The environment state each sub-environment is in, shape (n_envs,)."""
+        return self._number(self._collector.packed)
+
+    @property
+    def table_state(self) -> IntArray:
+        """The table state each sub-environment is in, shape (n_envs,)."""
+        return self._collector.states
+
+    def step(self, actions: IntArray) -> Batch:
+        """Carry out one action in each sub-environment; those that only begin an episode are left out."""
+        steps = self._collector.step(actions)
+        self._collector.take_episodes()
+        self.steps += len(steps.action)
+        return Batch(
+            self._number(steps.observation),
+            steps.state,
+            steps.action,
+            np.asarray(steps.letter_class, dtype=np.int64),
+            self._number(steps.next_observation),
+            np.asarray(steps.terminated, dtype=np.bool_),
+        )
+
+    def _number(self, packed: npt.NDArray[Any]) -> IntArray:
+        return np.asarray(self._encoder.index(torch.from_numpy(packed)).numpy())
+
+
+@dataclass(frozen=True)
+class _Unrewarded(RewardScheme):
+    """Pays nothing and ends nothing."""
+
+    name: ClassVar[str] = "unrewarded"
+    on_deadlock: ClassVar[OnDeadlock] = "stay"
+
+    def steps(self, dra: RabinAutomaton) -> Steps:
+        """No rewards."""
+        return Steps(accepted=np.zeros(dra.delta.shape, dtype=np.bool_))

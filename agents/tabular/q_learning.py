@@ -1,0 +1,169 @@
+"""Q-learning and double Q-learning with tables, for many environments and all automaton states at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import VectorEnv
+
+from ltlc.errors import InvalidArgumentError
+
+from ..update import reachable_states
+from .experience import Batch, Experience, IntArray
+from .learned import Callback, Learned, Stopwatch
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class QLearningConfig:
+    """Hyperparameters of tabular Q-learning.
+
+    Raises:
+        InvalidArgumentError: a value is out of range.
+
+    References:
+        C. Watkins, P. Dayan, Q-learning, Machine Learning 8, 1992, doi 10.1007/BF00992698.
+        H. van Hasselt, Double Q-learning, NeurIPS 2010.
+        C. Jin, Z. Allen-Zhu, S. Bubeck, M. Jordan, Is Q-learning provably efficient?, NeurIPS 2018, arXiv 1807.03765.
+        R. Toro Icarte et al., Reward machines: exploiting reward function structure in reinforcement learning, JAIR
+        2022, doi 10.1613/jair.1.12440 (counterfactual updates).
+    """
+
+    double: bool = False
+    """two tables: each step teaches one of them, by the other's value of the action that it thinks best itself."""
+    counterfactual: bool = True
+    """each step teaches every automaton state at once; else only the one it was made in."""
+    horizon: float = 100.0
+    """H of the learning rate (H + 1) / (H + n) of the n-th visit (Jin et al.), > 0: larger forgets early estimates
+    faster and averages over fewer late ones."""
+    averaging_steps: float = 25_000
+    """the policy is greedy in an exponential average of the table over about so many environment steps, > 0; 1: in the
+    table itself."""
+    epsilon_start: float = 1.0
+    """probability of a random action at the start, in [0, 1]."""
+    epsilon_final: float = 0.3
+    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
+    total_steps: int = 1_000_000
+    """environment steps, >= 1."""
+    report_every: int = 20_000
+    """environment steps from one call back to the next, >= 1."""
+
+    def __post_init__(self) -> None:
+        if not self.horizon > 0 or min(self.total_steps, self.report_every) < 1:
+            raise InvalidArgumentError("horizon must be positive, total_steps and report_every at least 1")
+        if not self.averaging_steps > 0:
+            raise InvalidArgumentError(f"averaging_steps is {self.averaging_steps}; it must be positive")
+        if not (0 <= self.epsilon_start <= 1 and 0 <= self.epsilon_final <= 1):
+            raise InvalidArgumentError("epsilon_start and epsilon_final are probabilities")
+
+
+def train_q_learning(
+    env: VectorEnv[Any, Any, Any],
+    config: QLearningConfig | None = None,
+    *,
+    seed: int = 0,
+    callback: Callback | None = None,
+) -> Learned:
+    """Learn the values of the reward tables of an `LTLVectorWrapper`; the policy is over their states.
+
+    Where nothing discounts the steps between acceptances, as in `zeta-discount` and `zeta-reach`, noise that the
+    maximum picks up goes round for long: there, take `double=True`, or a smaller `horizon` and more steps.
+
+    Raises:
+        InvalidArgumentError: see `Experience`.
+
+    References:
+        See `QLearningConfig`.
+    """
+    config = config or QLearningConfig()
+    watch = Stopwatch()
+    experience, generator = Experience(env, seed), np.random.default_rng([seed, 1])
+    learner = _QLearner(experience, config, generator)
+    reported = 0
+    while True:
+        done = experience.steps / config.total_steps
+        epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * min(2 * done, 1)
+        learner.update(experience.step(learner.explore(epsilon)))
+        over = experience.steps >= config.total_steps
+        if over or experience.steps // config.report_every > reported:
+            reported = experience.steps // config.report_every
+            learned = learner.learned(watch, "all steps were made" if over else "training goes on")
+            if watch.report(callback, learned) or over:
+                return learned
+
+
+class _QLearner:
+    def __init__(self, experience: Experience, config: QLearningConfig, generator: np.random.Generator) -> None:
+        self.experience, self.config, self.generator = experience, config, generator
+        tables = experience.tables
+        self.reward, self.discount = tables.expected_reward, tables.expected_discount
+        self.next_state = tables.next_state
+        self.first = experience.state, experience.table_state
+        self.learned_states = reachable_states(tables)
+        n_tables = 2 if config.double else 1
+        shape = (experience.n_states, experience.n_actions, tables.n_states)
+        self.q: list[FloatArray] = [np.zeros(shape) for _ in range(n_tables)]
+        self.updates: list[IntArray] = [np.zeros(shape, dtype=np.int64) for _ in range(n_tables)]
+        self.average: FloatArray = np.zeros(shape)
+        self.visited = np.zeros((experience.n_states, tables.n_states), dtype=np.bool_)
+
+    def explore(self, epsilon: float) -> IntArray:
+        """Epsilon-greedy actions, in the mean of the tables."""
+        state, q = self.experience.state, self.experience.table_state
+        self.visited[state, q] = True
+        value = sum(table[state, :, q] for table in self.q)
+        random = self.generator.integers(self.experience.n_actions, size=len(state))
+        return np.where(self.generator.random(len(state)) < epsilon, random, np.argmax(value, axis=1))
+
+    def update(self, batch: Batch) -> None:
+        """Teach one step of each sub-environment."""
+        if self.config.double:
+            first = self.generator.random(len(batch.state)) < 0.5
+            self._teach(_part(batch, first), 0, 1)
+            self._teach(_part(batch, ~first), 1, 0)
+        else:
+            self._teach(batch, 0, 0)
+        weight = min(len(batch.state) / self.config.averaging_steps, 1.0)
+        self.average += weight * (sum(self.q) / len(self.q) - self.average)
+
+    def learned(self, watch: Stopwatch, message: str) -> Learned:
+        """The greedy policy."""
+        state, q = self.first
+        return Learned(
+            policy=np.asarray(self.average.argmax(axis=1)),
+            message=message,
+            steps=self.experience.steps,
+            seconds=watch.seconds,
+            product_states=int(self.visited.sum()),
+            accepting_components=None,
+            value=float(self.average[state, :, q].max(axis=1).mean()),
+        )
+
+    def _teach(self, batch: Batch, own: int, other: int) -> None:
+        """Move table `own` towards targets in which `own` chooses the next action and `other` values it."""
+        if not len(batch.state):
+            return
+        q_in = self.learned_states[None, :] if self.config.counterfactual else batch.table_state[:, None]
+        letter = batch.letter_class[:, None]
+        q_out = self.next_state[q_in, letter]
+        after = batch.next_state[:, None]
+        best = self.q[own][batch.next_state].argmax(axis=1)[np.arange(len(after))[:, None], q_out]
+        weight = self.discount[q_in, letter] * ~batch.terminated[:, None]
+        target = self.reward[q_in, letter] + weight * self.q[other][after, best, q_out]
+        index = np.broadcast_to(batch.state[:, None], target.shape), batch.action[:, None], q_in
+        flat = np.ravel_multi_index(np.broadcast_arrays(*index), self.q[own].shape).ravel()
+        place, where, count = np.unique(flat, return_inverse=True, return_counts=True)
+        mean = np.bincount(where, target.ravel()) / count
+        table, updates = self.q[own].reshape(-1), self.updates[own].reshape(-1)
+        updates[place] += count
+        # several steps from one place at once move the value as far as one after the other would
+        rate = 1 - (1 - (self.config.horizon + 1) / (self.config.horizon + updates[place])) ** count
+        table[place] += rate * (mean - table[place])
+
+
+def _part(batch: Batch, chosen: npt.NDArray[np.bool_]) -> Batch:
+    return Batch(*(getattr(batch, name)[chosen] for name in Batch.__dataclass_fields__))

@@ -1,0 +1,160 @@
+"""Actor-critic learning of how to reach accepting maximal end components, after Wang et al."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import VectorEnv
+from scipy import sparse
+from scipy.sparse import linalg
+
+from ltlc.errors import InvalidArgumentError
+from ltlc.mdp import Product
+
+from .experience import Experience, IntArray
+from .explore import Explorer
+from .learned import Callback, Learned, Stopwatch
+from .planning import NOTHING_TO_REACH, Components, accepting_components, as_table, cut
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WangConfig:
+    """Hyperparameters of the actor-critic method.
+
+    Raises:
+        InvalidArgumentError: a value is out of range.
+
+    References:
+        J. Wang, X. Ding, M. Lahijanian, I. Paschalidis, C. Belta, Temporal logic motion control using actor-critic
+        methods, International Journal of Robotics Research 34(10), 2015, doi 10.1177/0278364915581505.
+        R. Moazzez Estanjini, X. Ding, M. Lahijanian, J. Wang, C. Belta, I. Paschalidis, Least squares temporal
+        difference actor-critic methods with applications to robot motion control, CDC 2011,
+        doi 10.1109/CDC.2011.6160892.
+    """
+
+    accuracy: float = 0.03
+    """error of a transition probability at which it counts as known, in (0, 1)."""
+    delta: float = 0.05
+    """probability with which each estimate may be wrong, in (0, 1)."""
+    discount: float = 0.99
+    """of a step until the first Inf mark in a component, in (0, 1); the paper has none, and is then indifferent between
+    all policies where every one reaches a component at last."""
+    step_size: float = 3.0
+    """of the actor, in units of the largest advantage, > 0."""
+    iterations: int = 200
+    """rounds of critic and actor, >= 1."""
+    total_steps: int = 2_000_000
+    """environment steps at most, >= 1."""
+    refresh_every: int = 32
+    """steps of each sub-environment from one look at what is known to the next, >= 1."""
+    report_every: int = 10
+    """rounds from one call back to the next, >= 1."""
+
+    def __post_init__(self) -> None:
+        for name in ("accuracy", "delta", "discount"):
+            if not 0 < getattr(self, name) < 1:
+                raise InvalidArgumentError(f"{name} is {getattr(self, name)}; it must lie strictly between 0 and 1")
+        if not self.step_size > 0:
+            raise InvalidArgumentError(f"step_size is {self.step_size}; it must be positive")
+        for name in ("iterations", "total_steps", "refresh_every", "report_every"):
+            if getattr(self, name) < 1:
+                raise InvalidArgumentError(f"{name} is {getattr(self, name)}; it must be at least 1")
+
+
+def train_wang(
+    env: VectorEnv[Any, Any, Any],
+    config: WangConfig | None = None,
+    *,
+    seed: int = 0,
+    callback: Callback | None = None,
+) -> Learned:
+    """Learn the transition probabilities, then a randomised policy that reaches accepting components.
+
+    1. Exploration as by Fu and Topcu, until every state that can be reached is known.
+    2. The accepting maximal end components of the learned product, and a policy that satisfies the formula inside.
+    3. Outside, a softmax policy with a parameter for each product state and action. The critic is least-squares
+       temporal differences with a feature for each state, which is the value function of the learned model, so it is
+       solved for. The actor follows the natural gradient, which is the advantage.
+
+    Where the learned product has no accepting component, no policy is returned. Rewards of the task are not used.
+
+    Raises:
+        InvalidArgumentError: see `Experience`.
+
+    References:
+        See `WangConfig`; there, both features of the critic and parameters of the policy are few, and values come from
+        sample paths. J. Boyan, Technical update: least-squares temporal difference learning, Machine Learning 49,
+        2002, doi 10.1023/A:1017936530646 (with tables it is the model's value). S. Kakade, A natural policy gradient,
+        NeurIPS 2001.
+    """
+    config = config or WangConfig()
+    watch = Stopwatch()
+    experience = Experience(env, seed, unrewarded=True)
+    explorer = Explorer(experience, config.accuracy, config.delta, 0.0, np.random.default_rng([seed, 1]))
+    while not explorer.finished and experience.steps < config.total_steps:
+        for _ in range(config.refresh_every):
+            explorer.step()
+        explorer.refresh()
+    product = Product(explorer.model.labelled_mdp(), experience.automaton)
+    components = accepting_components(product, explorer.known, config.discount)
+
+    def learned(policy: npt.NDArray[Any] | None, value: float, message: str) -> Learned:
+        found = components.n_components
+        return Learned(policy, message, experience.steps, watch.seconds, product.n_states, found, value)
+
+    if not components.n_components:
+        return learned(None, 0.0, NOTHING_TO_REACH)
+    actor_critic = _ActorCritic(product, components, config)
+    for iteration in range(1, config.iterations + 1):
+        value = actor_critic.improve()
+        over = iteration == config.iterations
+        if over or iteration % config.report_every == 0:
+            table = as_table(product, actor_critic.policy())
+            result = learned(table, value, f"{iteration} rounds of critic and actor")
+            if watch.report(callback, result) or over:
+                break
+    return result
+
+
+class _ActorCritic:
+    def __init__(self, product: Product, components: Components, config: WangConfig) -> None:
+        self.product, self.components, self.config = product, components, config
+        self.process = cut(product, ~components.states[product.choice_state])
+        self.reward = np.asarray(self.process.matrix @ components.value)
+        self.parameter: FloatArray = np.zeros(product.n_choices)
+
+    def improve(self) -> float:
+        """One round of critic and actor; the value from the start of the policy before it."""
+        product, gamma = self.product, self.config.discount
+        weight = self._weight()
+        chain = sparse.csr_array((weight, np.arange(product.n_choices), product.choice_start)) @ self.process.matrix
+        paid = np.add.reduceat(weight * self.reward, product.choice_start[:-1])
+        system = sparse.csc_array(sparse.eye_array(product.n_states) - gamma * chain)
+        value: FloatArray = np.asarray(linalg.spsolve(system, paid))
+        advantage = self.reward + gamma * (self.process.matrix @ value) - value[product.choice_state]
+        largest = np.abs(advantage[~self.components.states[product.choice_state]]).max(initial=0.0)
+        if largest > 0:
+            self.parameter += self.config.step_size * advantage / largest
+        return float(product.initial @ np.where(self.components.states, self.components.value, value))
+
+    def policy(self) -> FloatArray:
+        """Probabilities of actions in product states, shape (n_states, n_actions)."""
+        product = self.product
+        policy = np.zeros((product.n_states, product.n_actions))
+        policy[product.choice_state, product.choice_action] = self._weight()
+        inside: IntArray = np.flatnonzero(self.components.states)
+        policy[inside] = 0.0
+        policy[inside, self.components.policy[inside]] = 1.0
+        return policy
+
+    def _weight(self) -> FloatArray:
+        """The softmax of the parameters, per choice."""
+        product = self.product
+        power = np.exp(self.parameter - product.best(self.parameter)[product.choice_state])
+        total = np.add.reduceat(power, product.choice_start[:-1])
+        return np.asarray(power / total[product.choice_state])

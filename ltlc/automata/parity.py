@@ -1,0 +1,274 @@
+"""Parity acceptance: recognised on the structure of a Rabin automaton, or made with a record of the pairs.
+
+Colours are on edges (state, letter class); a run is accepted iff the largest colour that it sees infinitely often is
+odd.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ltlc import graph
+from ltlc.automata.emptiness import All, Edge, Fin, Inf, holds, rabin
+from ltlc.automata.marks import Component, components
+from ltlc.automata.partition import number_blocks, refine
+from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
+from ltlc.automata.refinement import Refinement
+from ltlc.automata.state_based import to_transition_based
+from ltlc.errors import StateLimitExceeded
+
+Colours = dict[Edge, int]
+Copy = tuple[int, int]
+"""A state and a record; where no record is needed, it is 0."""
+
+
+def parity_colours(automaton: RabinAutomaton) -> IntArray | None:
+    """Colours that make the automaton a parity automaton for its own language, or None where no colours do.
+
+    Every strong component gets the fewest colours it can have, from 0 up: {0, 1} is Buchi, {1, 2} co-Buchi, {0} rejects
+    and {1} accepts everything. Edges on no cycle have colour 0. Whatever pairs the automaton is written with, the
+    answer is the same.
+
+    Returns:
+        shape (n_states, n_classes), int32, or None.
+
+    References:
+        D. Niwinski, I. Walukiewicz, Relating hierarchies of word and tree automata, STACS 1998,
+        doi 10.1007/BFb0028571 (how many colours); S. C. Krishnan, A. Puri, R. K. Brayton, Deterministic omega-automata
+        vis-a-vis deterministic Buchi automata, ISAAC 1994, doi 10.1007/3-540-58325-4_202 (the Buchi type).
+    """
+    automaton = to_transition_based(automaton)
+    colours: Colours = {}
+    for component in components(automaton):
+        own = _component_colours(component)
+        if own is None:
+            return None
+        colours |= own
+    return _table(automaton, colours)
+
+
+def to_parity(automaton: RabinAutomaton, *, max_states: int = 100_000) -> Refinement:
+    """A parity automaton for the same language, written as a chain of Rabin pairs with acceptance on transitions.
+
+    Strong components that are of parity type as they are stay as they are. In each other one the state is joined by a
+    record. An index appearance record is an order of the pairs, in which a pair whose Fin mark is seen comes to the
+    front; then a run is judged by the last pair that is still marked. Many orders are not worth telling apart. Those
+    that are can be read off the alternating cycle decomposition: the record is a branch of that tree, there are never
+    more branches than orders, and no parity automaton made by joining records to these states has fewer states.
+
+    Args:
+        automaton: any Rabin automaton.
+        max_states: bound on the states of the product.
+
+    Raises:
+        StateLimitExceeded: there are more.
+
+    References:
+        C. Loeding, Optimal bounds for transformations of omega-automata, FSTTCS 1999, doi 10.1007/3-540-46691-6_8.
+        J. Kretinsky, T. Meggendorfer, C. Waldmann, M. Weininger, Index appearance record with preorders, Acta
+        Informatica 2022, doi 10.1007/s00236-021-00412-y.
+        A. Casares, T. Colcombet, N. Fijalkow, Optimal transformations of games and automata using Muller conditions,
+        ICALP 2021, doi 10.4230/LIPIcs.ICALP.2021.123.
+        A. Casares, A. Duret-Lutz, K. J. Meyer, F. Renkin, S. Sickert, Practical applications of the alternating cycle
+        decomposition, TACAS 2022, doi 10.1007/978-3-030-99527-0_6.
+    """
+    automaton = to_transition_based(automaton)
+    records: dict[int, _Cycles] = {}
+    colours: Colours = {}
+    for component in components(automaton):
+        own = _component_colours(component)
+        if own is None:
+            records |= dict.fromkeys(component.nodes, _Cycles(component, max_states))
+        else:
+            colours |= own
+    product, origin = _product(automaton, records, colours, max_states)
+    return _merged(Refinement(product, origin, np.zeros((len(origin), 0), dtype=np.int32)))
+
+
+def _component_colours(component: Component) -> Colours | None:
+    """The colours of one strong component, or None if it is not of parity type."""
+    colours: Colours = {}
+    return colours if _colour(component, set(component.edges), colours) is not None else None
+
+
+def _colour(component: Component, edges: set[Edge], colours: Colours) -> int | None:
+    """Colour strongly connected edges; returns the largest colour, or None if there are no such colours.
+
+    Edges on no cycle that is judged otherwise than all edges together get the largest colour. The others fall into
+    strongly connected parts. Were such a part, a union of cycles judged otherwise, judged like the whole, then so
+    would two cycles judged alike have a union judged differently, which parity acceptance cannot say.
+    """
+    accepted = _accepts(component, edges)
+    other = component.on_cycles(component.rejected if accepted else rabin(component.n_pairs), edges)
+    largest = -1 if other else int(accepted) - 1
+    for part in _connected_parts(other):
+        below = None if _accepts(component, part) == accepted else _colour(component, part, colours)
+        if below is None:
+            return None
+        largest = max(largest, below)
+    colours.update(dict.fromkeys(edges - other, largest + 1))
+    return largest + 1
+
+
+def _accepts(component: Component, edges: set[Edge]) -> bool:
+    """Whether a run that takes exactly these edges for ever is accepted."""
+    seen = 0
+    for _, _, marks in edges:
+        seen |= marks
+    return holds(rabin(component.n_pairs), seen)
+
+
+def _connected_parts(edges: set[Edge]) -> list[set[Edge]]:
+    """The strongly connected parts of edges that all lie on cycles."""
+    number = {node: i for i, node in enumerate(sorted({source for source, _, _ in edges}))}
+    ordered = sorted(edges)
+    part = graph.strong_components(graph.from_edges(len(number), ((number[s], number[t]) for s, t, _ in ordered)))
+    parts: dict[int, set[Edge]] = {}
+    for edge in ordered:
+        parts.setdefault(part[number[edge[0]]], set()).add(edge)
+    return list(parts.values())
+
+
+class _Cycles:
+    """The alternating cycle decomposition of one strong component, as a tree of sets of edges.
+
+    The root has all edges. The children of a set are the maximal strongly connected sets in it that are judged
+    otherwise. A record is a node whose set meets a state while those of its children do not.
+
+    Attributes:
+        edges: of each node.
+        states: that the edges of each node lead from.
+        children: of each node.
+        parent: of each node, -1 for the root.
+        colour: of each node.
+    """
+
+    def __init__(self, component: Component, max_states: int) -> None:
+        self.edges: list[set[Edge]] = [set(component.edges)]
+        self.parent, depth = [-1], [0]
+        self.children: list[list[int]] = []
+        for node, edges in enumerate(self.edges):  # grows while it is read
+            found = _maximal_opposite_parts(component, edges)
+            self.children.append(list(range(len(self.edges), len(self.edges) + len(found))))
+            self.edges += found
+            self.parent += [node] * len(found)
+            depth += [depth[node] + 1] * len(found)
+            _check_size(len(self.edges), max_states)
+        self.states = [{source for source, _, _ in edges} for edges in self.edges]
+        highest = max(depth) + (max(depth) + _accepts(component, self.edges[0])) % 2
+        self.colour = [highest - d for d in depth]
+
+    def enter(self, state: int, node: int = 0) -> int:
+        """The first record of a state below a node."""
+        while True:
+            below = [child for child in self.children[node] if state in self.states[child]]
+            if not below:
+                return node
+            node = below[0]
+
+    def step(self, record: int, edge: Edge) -> tuple[int, int]:
+        """The record after an edge, and the colour of the edge."""
+        node, left = record, -1
+        while edge not in self.edges[node]:
+            node, left = self.parent[node], node
+        target = edge[1]
+        below = [child for child in self.children[node] if target in self.states[child]]
+        if not below:
+            return node, self.colour[node]
+        # the next child in turn, so that a run that leaves all of them visits all of them
+        following = next((child for child in below if child > left), below[0])
+        return self.enter(target, following), self.colour[node]
+
+
+def _maximal_opposite_parts(component: Component, edges: set[Edge]) -> list[set[Edge]]:
+    """The maximal strongly connected sets of these edges that are judged otherwise than all of them."""
+    if _accepts(component, edges):
+        return _connected_parts(component.on_cycles(component.rejected, edges))
+    found: list[set[Edge]] = []
+    for i in range(component.n_pairs):
+        accepted = All((Fin(2 * i), Inf(2 * i + 1)))
+        found += [part for part in _connected_parts(component.on_cycles(accepted, edges)) if part not in found]
+    return [part for part in found if not any(part < other for other in found)]
+
+
+def _product(
+    automaton: RabinAutomaton, records: dict[int, _Cycles], colours: Colours, max_states: int
+) -> tuple[RabinAutomaton, IntArray]:
+    """The automaton with records, breadth-first, and the state behind each of its states."""
+
+    def enter(state: int) -> Copy:
+        return state, records[state].enter(state) if state in records else 0
+
+    copies = [enter(automaton.initial_state)]
+    number = {copies[0]: 0}
+    delta: list[list[int]] = []
+    table: list[list[int]] = []
+    for state, record in copies:  # grows while it is read
+        row, seen = [], []
+        for target, marks in zip(automaton.rows[state], automaton.edge_marks[state], strict=True):
+            edge = (state, target, marks)
+            copy, colour = enter(target), colours.get(edge, 0)
+            if state in records and automaton.scc[state] == automaton.scc[target]:
+                after, colour = records[state].step(record, edge)
+                copy = (target, after)
+            if copy not in number:
+                number[copy] = len(copies)
+                copies.append(copy)
+            row.append(number[copy])
+            seen.append(colour)
+        delta.append(row)
+        table.append(seen)
+        _check_size(len(copies), max_states)
+    names = automaton.state_names
+    fin, inf = _chain(np.array(table, dtype=np.int32))
+    product = replace(
+        automaton,
+        delta=np.array(delta, dtype=np.int32),
+        fin=fin,
+        inf=inf,
+        initial_state=0,
+        state_names=None if names is None else tuple(names[state] for state, _ in copies),
+    )
+    return product, np.array([state for state, _ in copies], dtype=np.int32)
+
+
+def _merged(refinement: Refinement) -> Refinement:
+    """Fewest colours, and copies of a state merged that have the same future."""
+    automaton = refinement.automaton
+    colours = parity_colours(automaton)
+    assert colours is not None
+    keys = zip(refinement.origin.tolist(), map(tuple, colours.tolist()), strict=True)
+    block = refine(automaton.delta, number_blocks(keys))
+    first = np.unique(block, return_index=True)[1]
+    names = automaton.state_names
+    fin, inf = _chain(colours[first])
+    merged = replace(
+        automaton,
+        delta=block[automaton.delta[first]],
+        fin=fin,
+        inf=inf,
+        initial_state=int(block[automaton.initial_state]),
+        state_names=None if names is None else tuple(names[q] for q in first.tolist()),
+    )
+    return Refinement(merged, refinement.origin[first], refinement.commit[first])
+
+
+def _chain(colours: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Fin and Inf marks that say the same as colours: a pair for each odd one, with every larger one in its Fin set."""
+    odd = np.arange(1, max(2, int(colours.max(initial=0)) + 1), 2)[:, None, None]
+    return colours > odd, colours == odd
+
+
+def _table(automaton: RabinAutomaton, colours: Colours) -> IntArray:
+    rows = [
+        [colours.get((q, target, marks), 0) for target, marks in zip(targets, row, strict=True)]
+        for q, (targets, row) in enumerate(zip(automaton.rows, automaton.edge_marks, strict=True))
+    ]
+    return np.array(rows, dtype=np.int32)
+
+
+def _check_size(n_states: int, max_states: int) -> None:
+    if n_states > max_states:
+        raise StateLimitExceeded(f"the parity automaton needs more than {max_states} states; raise max_states")

@@ -1,0 +1,34 @@
+"""An automaton whose states stand for those of another, with choices that a policy makes and no letter tells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.automata.rabin import RabinAutomaton
+
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """An automaton with more states than the one it stands for, and the way back.
+
+    Before a letter is read, a policy may go from state q to `commit[q, i]`; the automaton then reads the letter there.
+    A run of the original automaton is accepted iff some such choices, made at some moments, make a run of this one
+    that is accepted. Without choices both accept the same words.
+    """
+
+    automaton: RabinAutomaton
+    origin: IntArray
+    """shape (n_states,), int32; the original state behind each state, -1 for the sink that broken promises lead to."""
+    commit: IntArray
+    """shape (n_states, n_choices), int32; the state after choice i, or -1 where it cannot be made."""
+
+    @classmethod
+    def trivial(cls, automaton: RabinAutomaton) -> Refinement:
+        """The automaton itself."""
+        n = automaton.n_states
+        return cls(automaton, np.arange(n, dtype=np.int32), np.zeros((n, 0), dtype=np.int32))

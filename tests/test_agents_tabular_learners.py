@@ -1,0 +1,220 @@
+"""Tabular learners see an environment through reset and step only; what they learn is judged exactly."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from ltlc.agents.tabular import (
+    LEARNERS,
+    FuTopcuConfig,
+    Learned,
+    QLearningConfig,
+    SadighConfig,
+    WangConfig,
+    train_fu_topcu,
+    train_q_learning,
+    train_sadigh,
+    train_wang,
+)
+from ltlc.envs import (
+    GridWorld,
+    LTLVectorWrapper,
+    VectorGridWorld,
+    grid_map,
+    labelled_mdp,
+    recorded_automaton,
+    thesis_vector_world,
+    thesis_world,
+)
+from ltlc.errors import InvalidArgumentError
+from ltlc.mdp import (
+    LabelledMDP,
+    Product,
+    RewardProduct,
+    expected_return,
+    max_satisfaction_probability,
+    optimal_return,
+    satisfaction_probability,
+)
+from ltlc.mdp.measures import from_start
+from ltlc.task import Task
+
+SEEDS = (0, 1)
+# Sliding sideways, as on Gymnasium's frozen lake: no policy is safe, so there is something to weigh.
+SLIDE = [[1 / 3, 1 / 3, 0, 1 / 3], [1 / 3, 1 / 3, 1 / 3, 0], [0, 1 / 3, 1 / 3, 1 / 3], [1 / 3, 0, 1 / 3, 1 / 3]]
+LAKE = grid_map(["S...", ".h.h", "...h", "h..g"], labels={"h": "hole", "g": "goal"}, slip=SLIDE, actions=4)
+PATROL = grid_map(["a...", ".#.d", "S..b"], slip=[0.1, 0.0, 0.0, 0.0, 0.0])
+
+
+def thesis(size: str, name: str, n_envs: int = 64) -> LTLVectorWrapper:
+    return LTLVectorWrapper(thesis_vector_world(size, n_envs), Task(recorded_automaton(name), reward="thesis"))
+
+
+def regret(learned: Learned, mdp: LabelledMDP, task: Task) -> float:
+    """Part of the optimal discounted return that the policy loses."""
+    product = RewardProduct(mdp, task.tables)
+    optimum = from_start(product.initial, optimal_return(product).value)
+    assert learned.policy is not None
+    return (optimum - expected_return(product, product.lift(learned.policy))) / abs(optimum)
+
+
+def satisfaction(learned: Learned, mdp: LabelledMDP, task: Task) -> tuple[float, float]:
+    """The policy's probability to satisfy the formula, and the largest one."""
+    product = Product(mdp, task.automaton)
+    assert learned.policy is not None
+    policy = product.lift(learned.policy)
+    return satisfaction_probability(product, policy).probability, max_satisfaction_probability(product).probability
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("name", LEARNERS)
+def test_nearly_optimal_on_the_small_thesis_world(name: str, seed: int) -> None:
+    env, learner = thesis("5x5", "phi_4"), LEARNERS[name]
+    config = learner.config
+    if isinstance(config, QLearningConfig):
+        config = dataclasses.replace(config, total_steps=300_000)
+    if isinstance(config, SadighConfig):
+        config = dataclasses.replace(config, total_steps=60_000)
+    learned = learner.train(env, config, seed=seed)
+    mdp = labelled_mdp(thesis_world("5x5"))
+    assert regret(learned, mdp, env.task) <= 0.01
+    assert satisfaction(learned, mdp, env.task)[0] == 1
+    assert 0 < learned.product_states <= 375
+    assert learned.steps > 0 and learned.seconds > 0
+    assert learned.accepting_components == (1 if name in ("fu-topcu", "wang") else None)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("train, config", [
+    (train_fu_topcu, FuTopcuConfig(accuracy=0.05)),
+    (train_wang, WangConfig(accuracy=0.05, discount=0.999)),
+    (train_sadigh, SadighConfig(total_steps=30_000, gamma=0.999)),
+], ids=["fu-topcu", "wang", "sadigh"])  # fmt: skip
+def test_largest_probability_where_no_policy_is_safe(train: Any, config: Any, seed: int) -> None:
+    env = LTLVectorWrapper(VectorGridWorld(LAKE, 32), Task("!hole U goal", reward="accept"))
+    learned = train(env, config, seed=seed)
+    reached, largest = satisfaction(learned, labelled_mdp(GridWorld(LAKE)), env.task)
+    assert largest == pytest.approx(14 / 17)
+    assert reached >= largest - 0.01
+
+
+@pytest.mark.parametrize("train, config", [
+    (train_fu_topcu, FuTopcuConfig(accuracy=0.1)), (train_wang, WangConfig(accuracy=0.1)),
+], ids=["fu-topcu", "wang"])  # fmt: skip
+@pytest.mark.parametrize("formula", ["G F a & G F b & G !d", "F G a | G F b", "(G F a & F G !b) | (G F b & F G !a)"])
+def test_goes_on_for_ever(train: Any, config: Any, formula: str) -> None:
+    task = Task(formula, reward="thesis", on_deadlock="terminate")
+    learned = train(LTLVectorWrapper(VectorGridWorld(PATROL, 32), task), config)
+    reached, largest = satisfaction(learned, labelled_mdp(GridWorld(PATROL)), task)
+    assert reached >= largest - 0.01
+
+
+@pytest.mark.parametrize("name", ["fu-topcu", "wang"])
+def test_no_policy_without_an_accepting_end_component(name: str) -> None:
+    learner = LEARNERS[name]
+    learned = learner.train(thesis("5x5", "phi_1"), dataclasses.replace(learner.config, accuracy=0.15))
+    assert learned.policy is None
+    assert learned.accepting_components == 0
+    assert learned.value == 0
+    assert "no accepting end component" in learned.message
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_the_same_from_the_same_seed(name: str) -> None:
+    learner = LEARNERS[name]
+    changes: dict[str, Any] = {"total_steps": 20_000}
+    if hasattr(learner.config, "accuracy"):
+        changes["accuracy"] = 0.2
+    config = dataclasses.replace(learner.config, **changes)
+    first, second = (learner.train(thesis("5x5", "phi_3"), config, seed=3) for _ in range(2))
+    assert first.policy is not None and second.policy is not None
+    np.testing.assert_array_equal(first.policy, second.policy)
+    assert (first.value, first.steps) == (second.value, second.steps)
+
+
+@pytest.mark.parametrize("name", LEARNERS)
+def test_a_callback_sees_progress_and_can_stop(name: str) -> None:
+    seen: list[Learned] = []
+
+    def callback(learned: Learned) -> bool:
+        seen.append(learned)
+        return learned.policy is not None
+
+    learner = LEARNERS[name]
+    learned = learner.train(thesis("5x5", "phi_3"), learner.config, callback=callback)
+    assert learned is seen[-1]
+    assert all(before.steps <= after.steps for before, after in itertools.pairwise(seen))
+    assert learned.policy is not None
+    product = Product(labelled_mdp(thesis_world("5x5")), recorded_automaton("phi_3"))
+    assert satisfaction_probability(product, product.lift(learned.policy)).probability <= 1
+
+
+def test_environment_that_ends_its_episodes() -> None:
+    holes = {5, 7, 11, 12}
+    labels = {"goal": lambda s: s == 15, "hole": lambda s: np.isin(s, list(holes))}
+    lake = gymnasium.make_vec("FrozenLake-v1", num_envs=16, vectorization_mode="sync")
+    task = Task("F goal & G !hole", reward="accept")
+    learned = train_fu_topcu(LTLVectorWrapper(lake, task, labels), FuTopcuConfig(accuracy=0.15))
+    reached, largest = satisfaction(learned, labelled_mdp(gymnasium.make("FrozenLake-v1"), labels), task)
+    assert largest == pytest.approx(14 / 17)
+    assert reached >= largest - 0.01
+    lake.close()
+
+
+def test_q_learning_finds_the_exact_values_where_nothing_is_random() -> None:
+    layout = grid_map(["S..a", "....", "b..."])
+    env = LTLVectorWrapper(VectorGridWorld(layout, 16), Task("F a & F b", reward="thesis"))
+    product = RewardProduct(labelled_mdp(GridWorld(layout)), env.task.tables)
+    optimum = from_start(product.initial, optimal_return(product).value)
+    for config in (
+        QLearningConfig(averaging_steps=1),
+        QLearningConfig(averaging_steps=1, double=True, counterfactual=False),
+    ):
+        learned = train_q_learning(env, dataclasses.replace(config, total_steps=40_000))
+        assert learned.value == pytest.approx(optimum, rel=1e-3)
+        assert regret(learned, labelled_mdp(GridWorld(layout)), env.task) == pytest.approx(0, abs=1e-9)
+
+
+def test_counterfactual_updates_learn_from_fewer_steps() -> None:
+    mdp, losses = labelled_mdp(thesis_world("5x5")), []
+    for counterfactual in (True, False):
+        config = QLearningConfig(counterfactual=counterfactual, total_steps=60_000)
+        env = thesis("5x5", "phi_4")
+        losses.append(regret(train_q_learning(env, config), mdp, env.task))
+    assert losses[0] < losses[1]
+
+
+@pytest.mark.parametrize("make, changes", [
+    (QLearningConfig, {"horizon": 0}), (QLearningConfig, {"averaging_steps": 0}),
+    (QLearningConfig, {"epsilon_final": 1.5}),
+    (FuTopcuConfig, {"delta": 1.0}), (FuTopcuConfig, {"total_steps": 0}),
+    (SadighConfig, {"gamma": 1.0}), (SadighConfig, {"weight_fin": 0}), (SadighConfig, {"sweeps": 0}),
+    (SadighConfig, {"epsilon_start": -1}),
+    (WangConfig, {"accuracy": 0}), (WangConfig, {"step_size": 0}), (WangConfig, {"iterations": 0}),
+])  # fmt: skip
+def test_impossible_hyperparameters(make: Any, changes: dict[str, Any]) -> None:
+    with pytest.raises(InvalidArgumentError, match=next(iter(changes))):
+        make(**changes)
+
+
+def test_environments_without_task_or_numbers() -> None:
+    with pytest.raises(InvalidArgumentError, match="LTLVectorWrapper"):
+        train_q_learning(thesis_vector_world("5x5", 2))
+    cars = gymnasium.make_vec("MountainCar-v0", num_envs=2, vectorization_mode="sync")
+    labelled = LTLVectorWrapper(cars, Task("F up"), {"up": lambda obs: obs[:, 0] > 0.5})
+    with pytest.raises(InvalidArgumentError, match="small number of observations"):
+        train_fu_topcu(labelled)
+    cars.close()
+
+
+def test_no_pair_to_reward() -> None:
+    task = Task("a & !a", reward="thesis", on_deadlock="terminate")
+    if task.automaton.n_pairs == 0:
+        with pytest.raises(InvalidArgumentError, match="no Rabin pair"):
+            train_sadigh(LTLVectorWrapper(VectorGridWorld(PATROL, 2), task))
