@@ -22,7 +22,8 @@ from ltlc.ltl import (
 )
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.closure import Closure, Obligation, letters_of
+from ltlc.translate.closure import Closure, Obligation
+from ltlc.translate.letters import letters_of
 
 _OPERATORS: dict[str, type[Formula]] = {
     "&": And,

@@ -107,11 +107,13 @@ def test_largest_probability_where_no_policy_is_safe(train: Any, config: Any, se
 @pytest.mark.parametrize("train, config", [
     (train_fu_topcu, FuTopcuConfig(accuracy=0.1)), (train_wang, WangConfig(accuracy=0.1)),
 ], ids=["fu-topcu", "wang"])  # fmt: skip
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
 @pytest.mark.parametrize("formula", ["G F a & G F b & G !d", "F G a | G F b", "(G F a & F G !b) | (G F b & F G !a)"])
-def test_goes_on_for_ever(train: Any, config: Any, formula: str) -> None:
-    task = Task(formula, reward="thesis", on_deadlock="terminate")
+def test_goes_on_for_ever(train: Any, config: Any, formula: str, acceptance: Any) -> None:
+    task = Task(formula, reward="thesis", on_deadlock="terminate", acceptance=acceptance)
     learned = train(LTLVectorWrapper(VectorGridWorld(PATROL, 32), task), config)
     reached, largest = satisfaction(learned, labelled_mdp(GridWorld(PATROL)), task)
+    assert largest == 1
     assert reached >= largest - 0.01
 
 
@@ -218,3 +220,13 @@ def test_no_pair_to_reward() -> None:
     if task.automaton.n_pairs == 0:
         with pytest.raises(InvalidArgumentError, match="no Rabin pair"):
             train_sadigh(LTLVectorWrapper(VectorGridWorld(PATROL, 2), task))
+
+
+def test_q_learning_leaves_the_choice_of_pairs_to_others() -> None:
+    task = Task("(G F a & F G !b) | (G F b & F G !a)", reward="zeta-discount")
+    assert task.tables.n_choices
+    env = LTLVectorWrapper(VectorGridWorld(PATROL, 16), task)
+    with pytest.raises(InvalidArgumentError, match="parity"):
+        train_q_learning(env)
+    learned = train_fu_topcu(env, FuTopcuConfig(accuracy=0.15))
+    assert satisfaction(learned, labelled_mdp(GridWorld(PATROL)), task)[0] == 1

@@ -74,7 +74,7 @@ def train_q_learning(
     maximum picks up goes round for long: there, take `double=True`, or a smaller `horizon` and more steps.
 
     Raises:
-        InvalidArgumentError: see `Experience`.
+        InvalidArgumentError: see `Experience`; or the task leaves the choice of a Rabin pair to the policy.
 
     References:
         See `QLearningConfig`.
@@ -82,6 +82,10 @@ def train_q_learning(
     config = config or QLearningConfig()
     watch = Stopwatch()
     experience, generator = Experience(env, seed), np.random.default_rng([seed, 1])
+    if experience.tables.n_choices:
+        raise InvalidArgumentError(
+            'tabular Q-learning cannot choose Rabin pairs; use the reward scheme "parity", or the bundled deep agent'
+        )
     learner = _QLearner(experience, config, generator)
     reported = 0
     while True:

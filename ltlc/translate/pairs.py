@@ -26,8 +26,8 @@ from ltlc import graph
 from ltlc.automata.rabin import BoolArray, RabinAutomaton
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.closure import Letters
 from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, negation
+from ltlc.translate.letters import Letters
 
 _MAX_CYCLE_NODES = 2000
 

@@ -15,9 +15,10 @@ from ltlc.automata.sat_minimize import minimize
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.translate.budget import Budget
-from ltlc.translate.closure import Closure, Letters, letters_of
+from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced
+from ltlc.translate.letters import Letters, letters_of
 from ltlc.translate.pairs import rabin_automaton
 
 Effort = Literal["fast", "default", "best"]

@@ -1,0 +1,265 @@
+"""The subformulas of a formula as numbered nodes: building, negating, placing in the hierarchy, implying.
+
+References:
+    F. Somenzi, R. Bloem: Efficient Buchi Automata from LTL Formulae. CAV 2000, doi 10.1007/10722167_21 (syntactic
+    implication).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
+from typing import NamedTuple
+
+from ltlc.ltl import (
+    Always,
+    And,
+    Eventually,
+    Formula,
+    Next,
+    Or,
+    Release,
+    StrongRelease,
+    Until,
+    WeakUntil,
+    postorder,
+)
+from ltlc.translate.letters import Letters
+
+_KIND: dict[type[Formula], str] = {
+    And: "&",
+    Or: "|",
+    Next: "X",
+    Eventually: "F",
+    Always: "G",
+    Until: "U",
+    Release: "R",
+    WeakUntil: "W",
+    StrongRelease: "M",
+}
+_DUAL = {"&": "|", "|": "&", "X": "X", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
+_LEVELS = (("sigma1", 1), ("pi1", 2), ("sigma2", 4), ("pi2", 8))
+
+
+class Node(NamedTuple):
+    """A subformula: `kind` is "letters" or the operator's symbol, `args` are node numbers."""
+
+    kind: str
+    args: tuple[int, ...]
+    letters: int
+
+
+class Nodes:
+    """The nodes of a formula in negation normal form, and those made from them.
+
+    Args:
+        formula: in negation normal form, over `&`, `|` and the temporal operators.
+        letters: `letters_of` the formula.
+
+    Attributes:
+        nodes: by number; operands have smaller numbers.
+        root: the number of the formula.
+    """
+
+    def __init__(self, formula: Formula, letters: Letters) -> None:
+        self.letters = letters
+        self.nodes: list[Node] = []
+        self._number: dict[Node, int] = {}
+        self._implies: dict[tuple[int, int], bool] = {}
+        self._level: dict[int, int] = {}
+        self.root = self._compile(formula)
+
+    def _compile(self, formula: Formula) -> int:
+        boolean = self.letters.sets
+        number: dict[Formula, int] = {}
+        for f in postorder(formula):
+            if f in boolean:
+                number[f] = self.node("letters", letters=boolean[f])
+            elif type(f) in _KIND and all(arg in number for arg in f.args):
+                number[f] = self.node(_KIND[type(f)], *(number[arg] for arg in f.args))
+        return number[formula]
+
+    def node(self, kind: str, *args: int, letters: int = 0) -> int:
+        """The number of a node, made on first use."""
+        if kind in "&|":
+            args = tuple(sorted(set(args)))
+            if len(args) == 1:
+                return args[0]
+        node = Node(kind, args, letters)
+        if node not in self._number:
+            self._number[node] = len(self.nodes)
+            self.nodes.append(node)
+        return self._number[node]
+
+    def constant(self, value: bool) -> int:
+        """The node of true or false."""
+        return self.node("letters", letters=self.letters.all if value else 0)
+
+    def make(self, kind: str, *args: int) -> int:
+        """Like `node`, with constants and repeated operators folded."""
+        true, false = self.constant(True), self.constant(False)
+        if kind in "&|":
+            unit, zero = (true, false) if kind == "&" else (false, true)
+            flat = [b for a in args for b in (self.nodes[a].args if self.nodes[a].kind == kind else (a,))]
+            flat = [a for a in flat if a != unit]
+            if zero in flat:
+                return zero
+            kept: list[int] = []
+            for a in flat:
+                if not any(self._absorbs(kind, b, a) for b in kept):
+                    kept = [*(b for b in kept if not self._absorbs(kind, a, b)), a]
+            return self.node(kind, *kept) if kept else unit
+        last = args[-1]
+        if kind in "XFG":
+            idempotent = kind != "X" and self.nodes[last].kind == kind
+            return last if idempotent or last in (true, false) else self.node(kind, last)
+        left, right = args
+        if {left, right} & {true, false}:
+            return self._folded(kind, left, right, true, false)
+        return self.node(kind, left, right)
+
+    def _absorbs(self, kind: str, other: int, node: int) -> bool:
+        """Whether `node` adds nothing beside `other` in a conjunction or disjunction."""
+        return self.implies(other, node) if kind == "&" else self.implies(node, other)
+
+    def _folded(self, kind: str, left: int, right: int, true: int, false: int) -> int:
+        """A binary temporal operator with a constant operand."""
+        if kind in "UW":
+            if right == true or left == false:
+                return right
+            if right == false:
+                return false if kind == "U" else self.make("G", left)
+            return self.make("F", right) if kind == "U" else true  # left is true
+        if right == false or left == true:
+            return right
+        if right == true:
+            return self.make("F", left) if kind == "M" else true
+        return self.make("G", right) if kind == "R" else false  # left is false
+
+    def is_plain(self, node: int) -> bool:
+        """Whether the node has no F, G, U, R, W or M."""
+        return self._levels(node) == 15
+
+    def negation(self, node: int) -> int:
+        """The node of the negated subformula, again in negation normal form."""
+        kind, args, letters = self.nodes[node]
+        if kind == "letters":
+            return self.node(kind, letters=self.letters.all & ~letters)
+        return self.node(_DUAL[kind], *map(self.negation, args))
+
+    def finite_part(self, node: int) -> int:
+        """The node with every greatest fixpoint (G, R, W) that is not co-safety taken as satisfied."""
+        kind, args, _ = self.nodes[node]
+        if self._levels(node) & 1:
+            return node
+        if kind in "GRW":
+            return self.node("letters", letters=self.letters.all)
+        return self.node(kind, *map(self.finite_part, args))
+
+    def level(self, node: int) -> str:
+        """The lowest class of the syntactic hierarchy: "sigma1", "pi1", "sigma2", "pi2", or "" above these.
+
+        References:
+            I. Cerna, R. Pelanek: Relating Hierarchy of Temporal Properties to Model Checking. MFCS 2003,
+            doi 10.1007/978-3-540-45138-9_26.
+        """
+        return next((name for name, bit in _LEVELS if self._levels(node) & bit), "")
+
+    def is_obligation(self, node: int) -> bool:
+        """Whether the node is a Boolean combination of safety and co-safety subformulas, in shape."""
+        return self._is_combination(node, lambda part: self.level(part) in ("sigma1", "pi1"))
+
+    def is_fair_obligation(self, node: int) -> bool:
+        """Whether it is one of these and of G F a, F G a with a Boolean: fairness conditions."""
+        return self._is_combination(node, lambda part: self.level(part) in ("sigma1", "pi1") or self._is_fairness(part))
+
+    def is_low(self, node: int) -> bool:
+        """Whether the node is a Boolean combination of sigma2 and pi2 subformulas, in shape."""
+        return self._is_combination(node, lambda part: bool(self.level(part)))
+
+    def _is_combination(self, node: int, holds: Callable[[int], bool]) -> bool:
+        kind, args, _ = self.nodes[node]
+        return holds(node) or (kind in "&|" and all(self._is_combination(arg, holds) for arg in args))
+
+    def _is_fairness(self, node: int) -> bool:
+        kind, args, _ = self.nodes[node]
+        if kind not in "GF" or self.nodes[args[0]].kind != _DUAL[kind]:
+            return False
+        return self.nodes[self.nodes[args[0]].args[0]].kind == "letters"
+
+    def _levels(self, node: int) -> int:
+        known = self._level.get(node)
+        if known is None:
+            kind, args, _ = self.nodes[node]
+            known = 15 if kind == "letters" else reduce(int.__and__, map(self._levels, args))
+            if kind in "FUM":  # closed in sigma; a sigma1 formula is also in pi2
+                known = 13 if known & 1 else known & 4
+            elif kind in "GRW":
+                known = 14 if known & 2 else known & 8
+            self._level[node] = known
+        return known
+
+    # -- syntactic implication ----------------------------------------------------------------------------------------
+
+    def implies(self, f: int, g: int) -> bool:
+        """Whether node f implies node g by the shape of both alone: sound, not complete."""
+        if f == g:
+            return True
+        key = (f, g)
+        known = self._implies.get(key)
+        if known is None:
+            self._implies[key] = False  # no rule needs itself
+            known = self._implies[key] = self._implies_by_shape(f, g)
+        return known
+
+    def _implies_by_shape(self, f: int, g: int) -> bool:
+        fk, fa, fl = self.nodes[f]
+        gk, ga, gl = self.nodes[g]
+        imp = self.implies
+        if fk == "letters" and gk == "letters":
+            return fl & ~gl == 0
+        if fk == "|":
+            return all(imp(a, g) for a in fa)
+        if gk == "&":
+            return all(imp(f, b) for b in ga)
+        if fk == "&" and any(imp(a, g) for a in fa):
+            return True
+        if gk == "|" and any(imp(f, b) for b in ga):
+            return True
+        return self._weaken_left(f, g) or self._strengthen_right(f, g)
+
+    def _weaken_left(self, f: int, g: int) -> bool:
+        """Replace f by something it implies at once."""
+        kind, args, _ = self.nodes[f]
+        imp = self.implies
+        gk, ga, _ = self.nodes[g]
+        if kind == "G":
+            return imp(args[0], g) or (gk in "GX" and imp(f, ga[0])) or (gk in "RW" and imp(f, ga[gk == "R"]))
+        if kind in "UW" and imp(args[0], g) and imp(args[1], g):
+            return True
+        if kind in "RM" and imp(args[1], g):
+            return True
+        if gk == "F":  # F is monotone and absorbs delays
+            if kind in "FX":
+                return imp(args[0], g)
+            return (kind == "U" and imp(args[1], g)) or (kind == "M" and imp(args[0], g))
+        return gk == kind == "X" and imp(args[0], ga[0])
+
+    def _strengthen_right(self, f: int, g: int) -> bool:
+        """Replace g by something that implies it."""
+        kind, args, _ = self.nodes[f]
+        gk, ga, _ = self.nodes[g]
+        imp = self.implies
+        if gk == "F":
+            return imp(f, ga[0])
+        if gk in "UW":
+            if imp(f, ga[1]):
+                return True
+            same = kind == "U" or (kind == gk == "W")
+            return same and imp(args[0], ga[0]) and imp(args[1], g)
+        if gk in "RM":
+            if imp(f, ga[0]) and imp(f, ga[1]):
+                return True
+            same = kind == "M" or (kind == gk == "R")
+            return same and imp(args[0], ga[0]) and imp(args[1], ga[1])
+        return False
