@@ -48,8 +48,8 @@ def faithful(
 
     \b
     Examples:
-      ltlc faithful "G F g & G !b" --env ltlc/Thesis10x10-v0
-      ltlc faithful "F A & G !C" -e ltlc/Thesis10x10-v0 -r eventual -r two-discount,gamma=0.999 -o bars.png
+      ltlc faithful "!C U (A & (!C U B))" --env ltlc/Thesis10x10-v0
+      ltlc faithful "!C U A" -e ltlc/Thesis10x10-v0 -r eventual -r two-discount,gamma=0.999 -o bars.png
     """
     from ltlc.faithful import faithfulness
 
