@@ -33,6 +33,8 @@ FLOORS = {
     "rewards": 3,
     "mdp": 3,
     "compiler": 4,  # with many.py and task.py
+    "diagnosis": 5,
+    "faithful": 5,
     "envs": 5,
     "agents": 6,
     "cli": 7,
@@ -51,6 +53,8 @@ THIRD_PARTY = {
     "rewards": {"numpy"},
     "mdp": {"numpy", "scipy"},
     "compiler": {"numpy"},
+    "diagnosis": {"numpy"},
+    "faithful": {"numpy", "matplotlib"},
     "envs": {"numpy", "scipy", "gymnasium", "matplotlib"},
     "agents": {"numpy", "scipy", "gymnasium", "matplotlib", "torch"},
     "cli": {"typer", "rich"},

@@ -103,9 +103,9 @@ class TestTrain:
     @pytest.mark.parametrize(("formula", "word"), [("goal & !goal", "unsatisfiable"), ("goal | !goal", "valid")])
     def test_foregone_conclusions(self, formula: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", formula, *GRID[1:], "--steps", "50", "--num-envs", "2", "--quiet", *SMALL]) == 0
-        assert f"the formula is {word}" in capsys.readouterr().err
+        assert f"is {word}" in capsys.readouterr().err
         assert run(["solve", formula, *GRID[1:]]) == 0
-        assert f"the formula is {word}" in capsys.readouterr().err
+        assert f"is {word}" in capsys.readouterr().err
 
     def test_quiet(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", *GRID, "--steps", "100", "--num-envs", "2", "--quiet", *SMALL]) == 0

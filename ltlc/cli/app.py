@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, evaluate, reproduce, rewards, show, solve, train, translators
+from ltlc.cli import check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__
@@ -31,6 +31,7 @@ def application() -> typer.Typer:
         train.train,
         evaluate.evaluate,
         solve.solve,
+        faithful.faithful,
         reproduce.reproduce,
         translators.translators,
         rewards.rewards,

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ltlc.cli import flags, setting
+from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
-from ltlc.cli.verdicts import foregone, maximum_text, print_figures
+from ltlc.cli.verdicts import maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -64,9 +65,7 @@ def solve(
             f"the dynamics of {env} are not known: it is no grid world and has no transition table P; train an agent "
             "with ltlc train, and judge it by episodes with ltlc evaluate"
         )
-    known = foregone(task.automaton)
-    if known:
-        complain(f"warning: {known}")
+    tell(task.automaton, place)
     judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
     if output is not None:
         _draw(Path(output), place, task, judge, reward)

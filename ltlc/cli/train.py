@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from ltlc.cli import flags, setting
+from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
-from ltlc.cli.verdicts import foregone, maximum_text, print_figures
+from ltlc.cli.verdicts import maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -130,9 +131,7 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
     conclude = import_module("ltlc.agents.conclude")
     reports = import_module("ltlc.agents.report")
     total = run.config.agent.total_steps
-    known = foregone(run.automaton)
-    if known:
-        complain(f"warning: {known}")
+    tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:
         print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
         judge = reports.make_judge(run.config.setting, run.task)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ltlc.automata import RabinAutomaton
     from ltlc.mdp.verdict import Judge
 
 
@@ -42,23 +41,11 @@ def print_figures(lines: Sequence[tuple[str, Any, Any]], headings: Sequence[str]
     Console(highlight=False).print(table)
 
 
-def foregone(automaton: RabinAutomaton) -> str | None:
-    """What can be said of a formula before anything is learned, if it asks for nothing or for too much."""
-    if automaton.initial_state in automaton.deadlocks:
-        return "the formula is unsatisfiable: whatever is learned, it is violated"
-    if automaton.initial_state in automaton.accepting_sinks:
-        return "the formula is valid: it holds whatever is done, and there is nothing to learn"
-    return None
-
-
 def maximum_text(judge: Judge) -> str:
     """Pmax with its bounds, and what that means for learning."""
     maximum = judge.maximum
     value = maximum.probability
     if value == 0:
-        return (
-            "The largest probability of satisfying the formula here is 0, whatever the policy: a violation, or never "
-            "accepting again, is certain in the long run. The rewards are optimised all the same."
-        )
+        return "The largest probability of satisfying the formula here is 0."
     bounds = "" if maximum.lower == maximum.upper else f", between {maximum.lower:.9g} and {maximum.upper:.9g}"
     return f"The largest probability of satisfying the formula here is {value:.6g}{bounds}."

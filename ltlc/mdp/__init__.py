@@ -21,6 +21,8 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.policy_evaluation import policy_evaluation
 from ltlc.mdp.policy_iteration import optimal_total_reward, policy_iteration
+from ltlc.mdp.prism import induced_process, product_process, to_prism_language, with_sure_labels, write_explicit
+from ltlc.mdp.prism_reader import read_explicit, read_state_rewards
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
     MaxSatisfaction,
@@ -52,6 +54,7 @@ __all__ = [
     "expected_violations",
     "first_acceptance",
     "induced_chain",
+    "induced_process",
     "long_run_average",
     "max_reachability",
     "max_satisfaction_probability",
@@ -60,8 +63,14 @@ __all__ = [
     "optimal_total_reward",
     "policy_evaluation",
     "policy_iteration",
+    "product_process",
+    "read_explicit",
+    "read_state_rewards",
     "satisfaction_probability",
     "state_return",
+    "to_prism_language",
     "value_iteration",
     "violations_per_step",
+    "with_sure_labels",
+    "write_explicit",
 ]

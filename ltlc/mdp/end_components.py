@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ltlc.mdp.explicit import BoolArray, ExplicitMDP, IntArray
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, IntArray, graph_of
 from ltlc.mdp.product import Product
 from ltlc.mdp.reachability import attractor, prune
 
@@ -46,7 +46,14 @@ def maximal_end_components(mdp: ExplicitMDP, choices: BoolArray | None = None) -
     References:
         L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, section 3.3.
     """
-    alive = mdp.leak == 0 if choices is None else choices & (mdp.leak == 0)
+    everything = mdp.leak == 0 if choices is None else choices & (mdp.leak == 0)
+    support, alive = graph_of(mdp, everything)
+    component, n_components = _of_graph(support.graph, alive)
+    return EndComponents(component, alive[support.of_choice], n_components)
+
+
+def _of_graph(mdp: ExplicitMDP, alive: BoolArray) -> tuple[IntArray, int]:
+    """Component of each state and number of components; leaves in `alive` the choices that stay inside."""
     component = np.full(mdp.n_states, -1, dtype=np.int32)
     active = np.ones(mdp.n_states, dtype=np.bool_)
     found = 0
@@ -65,7 +72,7 @@ def maximal_end_components(mdp: ExplicitMDP, choices: BoolArray | None = None) -
         active[states[broken[label]]] = True
         component[active] = -1
         found += n_labels
-    return _renumbered(component, alive)
+    return _renumbered(component)
 
 
 def accepting_end_components(product: Product) -> tuple[EndComponents, ...]:
@@ -112,14 +119,15 @@ def _strong_components(mdp: ExplicitMDP, rows: IntArray) -> tuple[IntArray, IntA
 
     The choices must lead only to states that own one of them.
     """
-    states, n_rows = np.unique(mdp.choice_state[rows], return_counts=True)
+    n_rows = np.bincount(mdp.choice_state[rows], minlength=mdp.n_states)
+    states = np.flatnonzero(n_rows)
     local = np.zeros(mdp.n_states, dtype=np.int32)
-    local[states] = np.arange(len(states))
-    # one row per state; the sparse product also merges parallel edges, on which csgraph would never return
-    own = sparse.csr_array(
-        (np.ones(len(rows)), rows, np.concatenate(([0], np.cumsum(n_rows)))), shape=(len(states), mdp.n_choices)
-    )
-    edges = own @ mdp.matrix
+    local[states] = np.arange(len(states), dtype=np.int32)
+    if len(states) == len(rows):
+        edges: Any = mdp.matrix if len(rows) == mdp.n_choices else mdp.matrix[rows]
+    else:  # one row per state; the sparse product also merges parallel edges, on which csgraph would never return
+        own = (np.ones(len(rows), dtype=mdp.matrix.dtype), rows, np.concatenate(([0], np.cumsum(n_rows[states]))))
+        edges = sparse.csr_array(own, shape=(len(states), mdp.n_choices)) @ mdp.matrix
     graph = sparse.csr_array((edges.data, local[edges.indices], edges.indptr), shape=(len(states), len(states)))
     n_labels, label = csgraph.connected_components(graph, connection="strong")
     return states, label, n_labels
@@ -133,11 +141,15 @@ def _leaving(mdp: ExplicitMDP, rows: IntArray, component: IntArray) -> IntArray:
     return np.asarray(rows[outside])
 
 
-def _renumbered(component: IntArray, alive: BoolArray) -> EndComponents:
-    """Numbers components by their first state."""
+def _renumbered(component: IntArray) -> tuple[IntArray, int]:
+    """Components numbered by their first state, and how many there are; -1 stays."""
     inside = np.flatnonzero(component >= 0)
-    labels, first, inverse = np.unique(component[inside], return_index=True, return_inverse=True)
-    rank = np.empty(len(labels), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(labels))
-    component[inside] = rank[inverse]
-    return EndComponents(component, alive, len(labels))
+    label = component[inside]
+    first = np.full(int(label.max(initial=-1)) + 1, -1)
+    first[label[::-1]] = inside[::-1]  # so that the first state of a component stays
+    used = np.flatnonzero(first >= 0)
+    rank = np.empty(len(first), dtype=np.int32)
+    rank[used[np.argsort(first[used])]] = np.arange(len(used), dtype=np.int32)
+    result = np.full(len(component), -1, dtype=np.int32)
+    result[inside] = rank[label]
+    return result, len(used)

@@ -13,11 +13,11 @@ from ltlc.mdp.end_components import maximal_end_components
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
 from ltlc.mdp.policy_iteration import improve
 from ltlc.mdp.quotient import collapse
-from ltlc.mdp.reachability import almost_sure_region, attractor, distance_to
+from ltlc.mdp.reachability import almost_sure_region, approach, attractor
 
 Method = Literal["auto", "policy", "interval"]
-LINEAR_SOLVE_LIMIT = 100_000
-"""`auto` solves linear systems up to this many states in question, and iterates beyond."""
+LINEAR_SOLVE_LIMIT = 10_000
+"""`auto` and `policy` evaluate policies by sparse LU up to this many states in question, and by sweeps beyond."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +46,11 @@ def max_reachability(
 
     1. Where the graph alone decides, the answer is exactly 0 or 1.
     2. In what is left, end components are collapsed, which makes the solution of the Bellman equation unique.
-    3. `method="policy"`: policy iteration with sparse LU, whose result is turned into two bounds that the Bellman
-       operator moves inwards everywhere, by more than rounding can explain, which proves them. `method="interval"`:
-       iteration from below and from above until the two meet within `precision`. "auto" does the first where the
-       problem is small enough for LU, and some rounds of the second if the bounds are further apart than `precision`.
+    3. `method="policy"`: policy iteration, whose result is turned into two bounds that the Bellman operator moves
+       inwards everywhere, by more than rounding can explain, which proves them. Policies are evaluated by sparse LU,
+       or by sweeps (modified policy iteration) where the problem is too large for that. `method="interval"`: iteration
+       from below and from above until the two meet within `precision`. "auto" does the first, and some rounds of the
+       second if the bounds are further apart than `precision`.
 
     Bounds are sound in each case. They can be wide with "policy" and "auto", where the MDP has policies that dawdle
     almost for ever; the value is then still that of policy iteration.
@@ -63,15 +64,15 @@ def max_reachability(
         DOI 10.1016/j.tcs.2016.12.003. C. Baier, J. Klein, L. Leuschner, D. Parker, S. Wunderlich, Ensuring the
         reliability of your model checker, CAV 2017, DOI 10.1007/978-3-319-63387-9_8. A. Hartmanns, B. Kaminski,
         Optimistic value iteration, CAV 2020, DOI 10.1007/978-3-030-53291-8_26 (bounds proved by being inductive).
+        M. L. Puterman, M. C. Shin, Modified policy iteration algorithms for discounted Markov decision problems,
+        Management Science 24(11), 1978, DOI 10.1287/mnsc.24.11.1127 (sweeps).
     """
     if method not in ("auto", "policy", "interval"):
         raise InvalidArgumentError(f'method is {method!r}, expected "auto", "policy" or "interval"')
     if not precision > 0:
         raise InvalidArgumentError(f"precision is {precision}, expected a positive number")
-    possible = distance_to(mdp, target) >= 0
-    sure, safe = almost_sure_region(mdp, target)
-    approach = attractor(mdp, target, safe)
-    choice = np.where(sure & ~target, approach, mdp.choice_start[:-1])
+    sure, safe, distance, possible = almost_sure_region(mdp, target)
+    choice = np.where(sure & ~target, approach(mdp, distance, safe), mdp.choice_start[:-1])
     lower = sure.astype(np.float64)
     value, upper = lower.copy(), lower.copy()
     open_states = possible & ~sure
@@ -79,7 +80,7 @@ def max_reachability(
         within = open_states[mdp.choice_state] & ~mdp.enters(~open_states)
         components = maximal_end_components(mdp, within)
         quotient = collapse(mdp, components, open_states)
-        gain = np.asarray(mdp.matrix @ sure.astype(np.float64))[quotient.original]
+        gain = mdp.expect(sure.astype(np.float64))[quotient.original]
         bounds = _solve(quotient.mdp, gain, method, precision, max_iterations)
         block = quotient.block[open_states]
         lower[open_states], upper[open_states], value[open_states] = (b[block] for b in bounds[:3])
@@ -92,8 +93,9 @@ def _solve(
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
     """Lower bound, upper bound, estimate and choices for v = max over choices of gain + matrix v."""
     lower, upper = np.zeros(mdp.n_states), np.ones(mdp.n_states)
-    if method == "policy" or (method == "auto" and mdp.n_states <= LINEAR_SOLVE_LIMIT):
-        value, chosen, lower, upper = _by_policy_iteration(mdp, gain)
+    if method != "interval":
+        solve = _by_policy_iteration if mdp.n_states <= LINEAR_SOLVE_LIMIT else _by_sweeps
+        value, chosen, lower, upper = solve(mdp, gain)
         if method == "auto" and (upper - lower).max() > precision:
             rounds = min(max_iterations, _CLOSING_ROUNDS)
             lower, upper = interval_iteration(mdp, gain, lower, upper, precision, rounds)
@@ -133,7 +135,8 @@ def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray
     smaller gain also keeps the policy from dawdling for ever for the sake of rounding errors. Where no bound is proved,
     it is 0 or 1: so it is where some policies take some 1e10 steps to get anywhere.
     """
-    lower, chosen, _ = improve(mdp, gain - _MARGIN, mdp.greedy(gain))
+    start, _ = _swept(mdp, gain - 4 * _ROUGH, _first_policy(mdp, gain), _ROUGH)
+    lower, chosen, _ = improve(mdp, gain - _MARGIN, start)
     value = MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
     upper: FloatArray = np.ones(mdp.n_states)
     try:
@@ -148,6 +151,67 @@ def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray
     return value, chosen, np.clip(lower, 0.0, 1.0), upper
 
 
+def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+    """The same by modified policy iteration; the margin leaves room for what the sweeps have not converged to."""
+    chosen, lower = _swept(mdp, gain - 4 * _SWEPT, _first_policy(mdp, gain), _SWEPT)
+    value = _evaluated(mdp, gain[chosen], chosen, lower, _SWEPT, _MOST_SWEEPS)
+    _, upper = _swept(mdp, gain + 4 * _SWEPT, chosen, _SWEPT, value, _PROOF_ROUNDS)
+    if not ((gain + mdp.matrix @ lower)[chosen] >= lower + _SWEPT).all():
+        lower = np.zeros(mdp.n_states)
+    if not (mdp.best(gain + mdp.matrix @ upper) <= upper - _SWEPT).all():
+        upper = np.ones(mdp.n_states)
+    return value, chosen, np.clip(lower, 0.0, 1.0), np.clip(upper, 0.0, 1.0)
+
+
+def _swept(
+    mdp: ExplicitMDP,
+    gain: FloatArray,
+    chosen: IntArray,
+    tolerance: float,
+    value: FloatArray | None = None,
+    rounds: int = 10_000,
+) -> tuple[IntArray, FloatArray]:
+    """Choices and values after modified policy iteration, until a Bellman step changes no value by more."""
+    sweeps = _MOST_SWEEPS if value is None else _SWEEPS
+    value = np.zeros(mdp.n_states) if value is None else value
+    for _ in range(rounds):
+        value = _evaluated(mdp, gain[chosen], chosen, value, tolerance / 4, sweeps)
+        sweeps = _SWEEPS
+        choice_value = gain + mdp.matrix @ value
+        best = mdp.best(choice_value)
+        better = best > choice_value[chosen] + tolerance / 2
+        chosen = np.where(better, mdp.greedy(choice_value), chosen)
+        change = np.abs(best - value).max()
+        value = best
+        if change <= tolerance:
+            break
+    return chosen, value
+
+
+def _evaluated(
+    mdp: ExplicitMDP, gain: FloatArray, chosen: IntArray, value: FloatArray, tolerance: float, sweeps: int
+) -> FloatArray:
+    """The value of a policy, approached by sweeps until the last one changes nothing by more than `tolerance`."""
+    matrix = mdp.matrix[chosen]
+    for sweep in range(1, sweeps + 1):
+        before, value = value, gain + matrix @ value
+        if sweep % _SWEEPS == 0 and np.abs(value - before).max() <= tolerance:
+            break
+    return value
+
+
+def _first_policy(mdp: ExplicitMDP, gain: FloatArray) -> IntArray:
+    """The best gain where there is one at hand, and the way to the nearest one elsewhere."""
+    first = mdp.greedy(gain)
+    door = gain[first] > 0
+    way = attractor(mdp, door)
+    return np.where(door | (way < 0), first, way)
+
+
+_ROUGH = 1e-6
+_SWEPT = 1e-12
+_SWEEPS = 25
+_MOST_SWEEPS = 10_000
 _MARGIN = 1e-13
 _PROOF_ROUNDS = 50
-_CLOSING_ROUNDS = 10_000
+_CLOSING_ROUNDS = 300

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, ranges
 
 Label = Iterable[str] | Mapping[str, float]
 """The names that hold, or a name -> probability table of names that hold independently of each other."""
@@ -121,11 +121,20 @@ class LabelledMDP:
     @cached_property
     def explicit(self) -> ExplicitMDP:
         """The same process as rows of choices, without its labels; choices are ordered by state, then action."""
-        n, n_actions = self.n_states, self.n_actions
-        by_state = np.arange(n_actions * n).reshape(n_actions, n).T[self.available]
-        stacked = sparse.vstack(self.transitions, format="csr")
-        start = np.concatenate(([0], np.cumsum(self.available.sum(axis=1))))
-        return ExplicitMDP(stacked[by_state], start, by_state // n, self.start, n_actions=n_actions)
+        n, available = self.n_states, self.available
+        start = np.concatenate(([0], np.cumsum(available.sum(axis=1)))).astype(np.int32)
+        action = np.nonzero(available)[1].astype(np.int32)
+        # where each choice begins is known beforehand, so that every action can be put in place by itself
+        length: IntArray = np.stack([np.diff(matrix.indptr) for matrix in self.transitions], axis=1)[available]
+        total = int(length.sum(dtype=np.int64))
+        pointers = np.concatenate(([0], np.cumsum(length))).astype(np.int32 if total < 2**31 else np.int64)
+        indices, data = np.empty(total, dtype=np.int32), np.empty(total)
+        for a, matrix in enumerate(self.transitions):
+            rows = np.flatnonzero(action == a)
+            place = ranges(np.asarray(pointers[rows], dtype=np.int64), length[rows])
+            indices[place], data[place] = matrix.indices, matrix.data
+        choices = sparse.csr_array((data, indices, pointers), shape=(len(action), n))
+        return ExplicitMDP(choices, start, action, self.start, n_actions=self.n_actions)
 
     def state_name(self, state: int | np.integer[Any]) -> str:
         """The state for a message: its number, and its name where it has one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy import sparse
 
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.unfolding import InitialLabel, Reader, Unfolding, input_probability
 
@@ -86,16 +87,14 @@ class _LabelledProduct(ExplicitMDP):
         mdp_state, machine_state: (n_states,), the two halves of a product state.
     """
 
-    def __init__(
-        self, mdp: LabelledMDP, reader: Reader, unfolding: Unfolding, matrix: Any, leak: FloatArray | None
-    ) -> None:
+    def __init__(self, mdp: LabelledMDP, unfolding: Unfolding, matrix: Any, leak: FloatArray | None) -> None:
         super().__init__(
             matrix,
             unfolding.choice_start,
             unfolding.choice_action,
             unfolding.initial,
             leak=leak,
-            n_actions=mdp.n_actions * (1 if reader.commit is None else 1 + reader.commit.shape[1]),
+            n_actions=unfolding.n_actions,
         )
         self.mdp = mdp
         self.mdp_state = unfolding.mdp_state
@@ -145,7 +144,6 @@ class Product(_LabelledProduct):
 
     Attributes:
         automaton: the automaton; its states are `automaton_state` (n_states,).
-        choice_fin, choice_inf: (n_pairs, n_choices), bool.
 
     Raises:
         UnknownNameError: the automaton has a proposition that the MDP does not label.
@@ -171,15 +169,41 @@ class Product(_LabelledProduct):
             commit=_choices(commit),
         )
         unfolding = Unfolding(mdp, reader, initial_label)
-        super().__init__(mdp, reader, unfolding, unfolding.transitions(), None)
+        super().__init__(mdp, unfolding, unfolding.transitions, None)
         self.automaton = automaton
-        self.choice_fin = _choice_marks(unfolding, automaton.edge_fin)
-        self.choice_inf = _choice_marks(unfolding, automaton.edge_inf)
+        self._unfolding = unfolding
 
     @property
     def automaton_state(self) -> IntArray:
         """The automaton's half of each product state, shape (n_states,)."""
         return self.machine_state
+
+    @cached_property
+    def support(self) -> Support:
+        """See `ExplicitMDP.support`; made without the transition matrix."""
+        return self._graph[0]
+
+    @cached_property
+    def choice_fin(self) -> BoolArray:
+        """Which choices have a Fin mark of each pair, shape (n_pairs, n_choices)."""
+        return self._graph[1][:, self.support.of_choice]
+
+    @cached_property
+    def choice_inf(self) -> BoolArray:
+        """Which choices have an Inf mark of each pair, shape (n_pairs, n_choices)."""
+        return self._graph[2][:, self.support.of_choice]
+
+    def expect(self, value: FloatArray) -> FloatArray:
+        """See `ExplicitMDP.expect`; takes no transition matrix."""
+        return self._unfolding.after_step(value)
+
+    @cached_property
+    def _graph(self) -> tuple[Support, BoolArray, BoolArray]:
+        """The graph, and the marks of its choices."""
+        dra = self.automaton
+        support, marks = self._unfolding.support([*dra.edge_fin, *dra.edge_inf])
+        table = np.array(marks, dtype=np.bool_).reshape(2, dra.n_pairs, support.graph.n_choices)
+        return support, table[0], table[1]
 
 
 class RewardProduct(_LabelledProduct):
@@ -229,7 +253,7 @@ class RewardProduct(_LabelledProduct):
         self._unfolding = Unfolding(mdp, reader, initial_label)
         self._columns = columns
         matrix, leak = self._unfolding.transitions(1 - stop), self._unfolding.ending(stop)
-        super().__init__(mdp, reader, self._unfolding, matrix, leak)
+        super().__init__(mdp, self._unfolding, matrix, leak)
         self.tables = tables
         self.reward = self.expected(columns["reward"] + stop * columns["stop_reward"])
         self.violation = self.expected(columns["violated"])
@@ -264,11 +288,6 @@ _COLUMNS = ("next_state", "reward", "discount", "stop", "stop_reward", "violated
 
 def _choices(commit: IntArray | None) -> IntArray | None:
     return commit if commit is not None and commit.shape[1] else None
-
-
-def _choice_marks(unfolding: Unfolding, marks: BoolArray) -> BoolArray:
-    rows = [unfolding.expected(table) > 0 for table in marks]
-    return np.array(rows, dtype=np.bool_).reshape(len(marks), unfolding.moves.shape[0])
 
 
 def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ltlc.mdp.explicit import BoolArray, ExplicitMDP, IntArray, ranges
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, IntArray, graph_of, ranges
 
 
 def distance_to(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None = None) -> IntArray:
@@ -14,18 +14,30 @@ def distance_to(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None =
 
     Only the given choices are used, shape (n_choices,); None means all.
     """
+    if choices is None:
+        graph = mdp.support.graph
+        return _distance(graph, target, np.ones(graph.n_choices, dtype=np.bool_))
+    support, usable = graph_of(mdp, choices)
+    return _distance(support.graph, target, usable)
+
+
+def _distance(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray) -> IntArray:
     columns, owner = mdp.columns, mdp.choice_state
-    distance = np.where(target, 0, -1)
-    used = np.zeros(mdp.n_choices, dtype=np.bool_) if choices is None else ~choices
+    distance = np.where(target, np.int32(0), np.int32(-1))
+    unused = choices.copy()
+    ticket = np.zeros(mdp.n_states, dtype=np.int32)
     frontier = np.flatnonzero(target)
     level = 0
     while frontier.size:
         level += 1
         rows = columns.indices[_column_ranges(columns, frontier)]
-        rows = rows[~used[rows]]
-        used[rows] = True
+        rows = rows[unused[rows]]
+        unused[rows] = False
         states = owner[rows]
-        frontier = np.unique(states[distance[states] < 0])
+        states = states[distance[states] < 0]
+        number = np.arange(len(states), dtype=np.int32)
+        ticket[states] = number  # of equal states one wins
+        frontier = states[ticket[states] == number]
         distance[frontier] = level
     return distance
 
@@ -36,32 +48,46 @@ def attractor(mdp: ExplicitMDP, target: BoolArray, choices: BoolArray | None = N
     If the given choices never leave the states that have a distance, following it reaches the target surely. Among such
     choices the one with the least mean distance afterwards is taken, so that it does so without much delay.
     """
-    distance = distance_to(mdp, target, choices)
-    nearest = _row_minimum(mdp.matrix, np.where(distance < 0, mdp.n_states, distance), mdp.n_states)
-    own = distance[mdp.choice_state]
-    nearer = (own > 0) & (nearest == own - 1)
-    if choices is not None:
-        nearer &= choices
-    mean = np.asarray(mdp.matrix @ np.where(distance < 0, mdp.n_states, distance))
+    usable = np.ones(mdp.n_choices, dtype=np.bool_) if choices is None else choices
+    return approach(mdp, distance_to(mdp, target, choices), usable)
+
+
+def approach(mdp: ExplicitMDP, distance: IntArray, choices: BoolArray) -> IntArray:
+    """The attractor where the distances by the given choices are known already."""
+    support, usable = graph_of(mdp, choices)
+    graph = support.graph
+    far = np.where(distance < 0, mdp.n_states, distance)
+    own = distance[graph.choice_state]
+    nearer = (own > 0) & (_row_minimum(graph.matrix, far, mdp.n_states) == own - 1) & usable
+    mean = mdp.expect(far.astype(np.float64))
+    nearer = nearer[support.of_choice]
     chosen = mdp.greedy(np.where(nearer, -mean, -np.inf))
     return np.where(nearer[chosen], chosen, -1)
 
 
-def almost_sure_region(mdp: ExplicitMDP, target: BoolArray) -> tuple[BoolArray, BoolArray]:
-    """The states from which some policy reaches `target` with probability 1, and the choices that stay among them.
+def almost_sure_region(mdp: ExplicitMDP, target: BoolArray) -> tuple[BoolArray, BoolArray, IntArray, BoolArray]:
+    """Where some policy reaches `target` surely, the choices that stay there, distances by those, and where it may.
 
-    `target` counts as absorbing: what its choices do is ignored. A choice that may leave the process is never safe.
+    The first and the last have shape (n_states,): states from which some policy reaches it with probability 1, and with
+    positive probability. `target` counts as absorbing: what its choices do is ignored. A choice that may leave the
+    process is never safe.
 
     References:
         L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, section 3.4 (Prob1E).
     """
-    region = np.ones(mdp.n_states, dtype=np.bool_)
+    support = mdp.support
+    graph = support.graph
+    everything = np.ones(graph.n_choices, dtype=np.bool_)
+    distance = _distance(graph, target, everything)
+    region = possible = distance >= 0
+    safe = everything
     while True:
-        safe = ~mdp.enters(~region) & (mdp.leak == 0)
-        reaching = distance_to(mdp, target, safe) >= 0
-        if np.array_equal(reaching, region):
-            return region, safe
-        region = reaching
+        stays = ~graph.enters(~region) & (graph.leak == 0)
+        if np.array_equal(stays, safe):
+            return region, safe[support.of_choice], distance, possible
+        safe = stays
+        distance = _distance(graph, target, safe)
+        region = distance >= 0
 
 
 def prune(mdp: ExplicitMDP, alive: BoolArray) -> None:

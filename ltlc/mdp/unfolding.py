@@ -3,11 +3,13 @@
 A step of a product has two halves. The *move* is the environment's: choice (s, q, a) leads to the *arrival* (s', q),
 where the automaton has not read anything yet. The *reading* is the automaton's: a letter is drawn from the label of s'
 and leads to (s', q'). Everything that depends on letters (next automaton state, rewards, marks) lives on the few
-arrivals, not on the many branches of the moves, and a transition matrix is the product of two sparse ones.
+arrivals, not on the many branches of the moves, and a transition matrix is the product of two sparse ones. It need not
+be made at all for what only takes the mean of something over the successors.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -15,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.mdp.explicit import BoolArray, FloatArray, IntArray, ranges
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support, ranges, row_any
 from ltlc.mdp.model import LabelledMDP
 
 InitialLabel = Literal["read", "skip"]
@@ -34,6 +36,7 @@ class Reader:
     """csr_array (n_mdp_states, n_inputs): the input that is drawn on entering a state."""
     ends: BoolArray
     """(n_mdp_states,), entering the state ends the episode."""
+
     commit: IntArray | None = None
     """shape (n_machine_states, n_choices): where a policy may move the machine, along with an action; -1 = it may not;
     None = there are no choices."""
@@ -60,10 +63,13 @@ class Reader:
 class Unfolding:
     """Reachable product states, moves between them and arrivals, and readings of the arrivals.
 
+    Moves are kept in factors: those of the MDP, and which machine states occur with which of its states.
+
     Attributes:
         mdp_state, machine_state: (n_states,), ordered by MDP state, then machine state.
         initial: (n_states,), distribution of the first product state.
-        moves: csr_array (n_choices, n_arrivals).
+        choice_start, choice_action: the choices, as an `ExplicitMDP` has them.
+        n_arrivals: number of arrivals.
         reading_arrival, reading_machine_state, reading_input: (n_readings,), sorted by arrival.
         reading_probability: (n_readings,).
         reading_target: (n_readings,), product state, or -1 where the episode surely ends.
@@ -75,25 +81,26 @@ class Unfolding:
         start_keys, start_weight = _start(mdp, reader, initial_label)
         seen, arrived = _reach(mdp, reader, start_keys)
         keys, arrivals = np.flatnonzero(seen), np.flatnonzero(arrived)
-        self.mdp_state, self.machine_state = np.divmod(keys, reader.size)
+        self.mdp_state, self.machine_state = (half.astype(np.int32) for half in np.divmod(keys, reader.size))
         self.initial: FloatArray = np.zeros(len(keys))
         np.add.at(self.initial, np.searchsorted(keys, start_keys), start_weight)
 
-        base = mdp.explicit
-        owner, option, machine = reader.options(self.machine_state)
-        acting = self.mdp_state[owner]
-        length = np.diff(base.choice_start)[acting]
-        rows = ranges(base.choice_start[acting], length)
-        per_state = np.bincount(owner, length, minlength=len(keys)).astype(np.int64)
-        self.choice_start = np.concatenate(([0], np.cumsum(per_state)))
-        self.choice_action = base.choice_action[rows] + mdp.n_actions * np.repeat(option, length)
-        self.moves = _moves(base.matrix, rows, np.repeat(machine, length), arrived, reader.size)
+        self._base, self._size = mdp.explicit, reader.size
+        # an act is a product state with one of its options, after which the machine is in a state and the MDP moves
+        self._owner, option, self._act_machine = reader.options(self.machine_state)
+        self._act_state = self.mdp_state[self._owner]
+        self._first_action = mdp.n_actions * option
+        self.n_actions = mdp.n_actions * (1 if reader.commit is None else 1 + reader.commit.shape[1])
+        self._act_start, self.choice_start, self.choice_action, _ = self._choices_of(self._base)
+        self.n_arrivals = len(arrivals)
+        self._arrivals = arrivals
+        self._arrival_number = np.cumsum(arrived, dtype=np.int32) - np.int32(1)
 
         entered, machine = np.divmod(arrivals, reader.size)
         inputs = reader.input_probability
         length = np.diff(inputs.indptr)[entered]
         entry = ranges(inputs.indptr[entered], length)
-        self.reading_arrival = np.repeat(np.arange(len(arrivals)), length)
+        self.reading_arrival = np.repeat(np.arange(len(arrivals), dtype=np.int32), length)
         self.reading_machine_state = machine[self.reading_arrival]
         self.reading_input = inputs.indices[entry]
         self.reading_probability = inputs.data[entry]
@@ -101,18 +108,45 @@ class Unfolding:
         here = self.reading_machine_state, self.reading_input
         target = entered[self.reading_arrival] * reader.size + reader.next_state[here]
         live = reader.goes_on[here] & ~self.reading_ends
-        self.reading_target = np.where(live, np.searchsorted(keys, target), -1)
+        number = np.cumsum(seen, dtype=np.int32) - np.int32(1)
+        self.reading_target = np.where(live, number[target], np.int32(-1))
 
     @property
     def n_states(self) -> int:
         """Number of reachable product states."""
         return len(self.mdp_state)
 
+    @property
+    def n_choices(self) -> int:
+        """Number of choices of product states."""
+        return len(self.choice_action)
+
+    def after_move(self, per_arrival: FloatArray) -> FloatArray:
+        """The mean of a quantity (n_arrivals,) over the arrivals of each choice, shape (n_choices,).
+
+        One machine state at a time, which takes a matrix of the size of the MDP, and none of the size of the product.
+        """
+        base, result = self._base, np.empty(self.n_choices)
+        entered, machine = np.divmod(self._arrivals, self._size)
+        for state in np.unique(self._act_machine):
+            there, here = np.flatnonzero(machine == state), np.flatnonzero(self._act_machine == state)
+            value = np.zeros(base.n_states)
+            value[entered[there]] = per_arrival[there]
+            start, rows = _rows(base, self._act_state[here])
+            few = 2 * len(rows) < base.n_choices
+            mean = base.matrix[rows] @ value if few else (base.matrix @ value)[rows]
+            result[ranges(self._act_start[here], np.diff(start))] = mean
+        return result
+
+    def after_step(self, value: FloatArray) -> FloatArray:
+        """The mean of a quantity (n_states,) over where each choice leads, shape (n_choices,); 0 where it ends."""
+        paid = self.reading_probability * np.where(self.reading_target >= 0, value[self.reading_target], 0.0)
+        return self.after_move(self._per_arrival(paid))
+
     def expected(self, column: FloatArray | BoolArray) -> FloatArray:
         """What a table (n_machine_states, n_inputs) pays on average for each choice, shape (n_choices,)."""
         paid = self.reading_probability * column[self.reading_machine_state, self.reading_input]
-        per_arrival = np.bincount(self.reading_arrival, paid, minlength=self.moves.shape[1])
-        return np.asarray(self.moves @ per_arrival)
+        return self.after_move(self._per_arrival(paid))
 
     def ending(self, stop: FloatArray, counted: BoolArray | None = None) -> FloatArray:
         """The probability that the episode ends with a choice, by `stop` or by the environment, shape (n_choices,).
@@ -123,26 +157,90 @@ class Unfolding:
         chance = np.where(self.reading_ends, 1.0, stop[here])
         if counted is not None:
             chance = chance * counted[here]
-        per_arrival = np.bincount(
-            self.reading_arrival, self.reading_probability * chance, minlength=self.moves.shape[1]
-        )
-        return np.asarray(self.moves @ per_arrival)
+        return self.after_move(self._per_arrival(self.reading_probability * chance))
 
     def transitions(self, weight: FloatArray | None = None) -> Any:
         """The steps that go on, csr_array (n_choices, n_states), scaled by `weight` (n_machine_states, n_inputs)."""
         factor = self.reading_probability
         if weight is not None:
             factor = factor * weight[self.reading_machine_state, self.reading_input]
-        keep = (self.reading_target >= 0) & (factor > 0)
-        if keep.all() and len(keep) == self.moves.shape[1]:  # one sure reading per arrival: a renaming of columns
-            data = self.moves.data if (factor == 1).all() else self.moves.data * factor[self.moves.indices]
-            columns = self.reading_target.astype(self.moves.indices.dtype)[self.moves.indices]
-            return sparse.csr_array((data, columns, self.moves.indptr), shape=(self.moves.shape[0], self.n_states))
-        arrival, target = self.reading_arrival[keep], self.reading_target[keep]
-        readings = sparse.csr_array((factor[keep], (arrival, target)), shape=(self.moves.shape[1], self.n_states))
-        product = self.moves @ readings
+        return self._read(self._moves(self._base), factor)
+
+    def support(self, marks: Sequence[BoolArray]) -> tuple[Support, list[BoolArray]]:
+        """The graph of the product, and which of its choices have a mark with a branch.
+
+        Each mark is a table (n_machine_states, n_inputs). The graph of the MDP is unfolded, not that of the product
+        searched for equal rows.
+        """
+        base = self._base.support
+        moves = self._moves(base.graph)
+        marked = []
+        for table in marks:
+            hit = self._per_arrival(table[self.reading_machine_state, self.reading_input].astype(np.float64)) > 0
+            marked.append(row_any(moves, hit))
+        matrix = self._read(moves, None)
+        act_start, start, action, _ = self._choices_of(base.graph)
+        merged = ExplicitMDP(matrix, start, action, self.initial, n_actions=self.n_actions)
+        _, original = _rows(self._base, self._act_state)
+        offset = act_start[:-1] - base.graph.choice_start[self._act_state]
+        of_choice = base.of_choice[original] + np.repeat(offset, np.diff(self._act_start)).astype(np.int32)
+        return Support(merged, of_choice), marked
+
+    def _choices_of(self, base: ExplicitMDP) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+        """Where the choices of each act and of each product state begin, their actions, and their choices in `base`."""
+        act_start, rows = _rows(base, self._act_state)
+        first = np.searchsorted(self._owner, np.arange(self.n_states + 1))
+        action = base.choice_action[rows]
+        if self._first_action.any():
+            action = action + np.repeat(self._first_action, np.diff(act_start))
+        return act_start, act_start[first], action, rows
+
+    def _per_arrival(self, per_reading: FloatArray) -> FloatArray:
+        if len(self.reading_arrival) == self.n_arrivals:
+            return per_reading
+        return np.bincount(self.reading_arrival, per_reading, minlength=self.n_arrivals).astype(np.float64, copy=False)
+
+    def _moves(self, base: ExplicitMDP) -> Any:
+        """The environment's half of a step: choice (s, q, a) -> arrival (s', q), csr_array (n_choices, n_arrivals)."""
+        matrix = base.matrix
+        act_start, _, _, rows = self._choices_of(base)
+        length = np.diff(matrix.indptr)[rows]
+        entry = ranges(matrix.indptr[rows], length)
+        key = matrix.indices[entry].astype(np.int64) * self._size
+        key += np.repeat(np.repeat(self._act_machine, np.diff(act_start)), length)
+        indptr = _pointers(length)
+        shape = (len(rows), self.n_arrivals)
+        return sparse.csr_array((matrix.data[entry], self._arrival_number[key], indptr), shape=shape)
+
+    def _read(self, moves: Any, factor: FloatArray | None) -> Any:
+        """Moves followed by readings, csr_array (n_choices, n_states); without a factor it is a matrix of bool."""
+        shape = (moves.shape[0], self.n_states)
+        keep = self.reading_target >= 0
+        if factor is not None:
+            keep = keep & (factor > 0)
+        if keep.all() and len(keep) == self.n_arrivals:  # one sure reading per arrival: a renaming of columns
+            scaled = factor is not None and not (factor == 1).all()
+            data = moves.data * factor[moves.indices] if scaled and factor is not None else moves.data
+            return sparse.csr_array((data, self.reading_target[moves.indices], moves.indptr), shape=shape)
+        chance = np.ones(int(keep.sum()), dtype=np.bool_) if factor is None else factor[keep]
+        read = (self.reading_arrival[keep], self.reading_target[keep])
+        product = moves @ sparse.csr_array((chance, read), shape=(self.n_arrivals, self.n_states))
         product.sort_indices()
         return product
+
+
+def _rows(base: ExplicitMDP, states: IntArray) -> tuple[IntArray, IntArray]:
+    """The choices of each of the given states, one after the other, and where those of each begin."""
+    counts = np.asarray(np.diff(base.choice_start)[states], dtype=np.int32)
+    return _pointers(counts), ranges(base.choice_start[states], counts)
+
+
+def _pointers(counts: IntArray) -> IntArray:
+    """Where each of some consecutive ranges begins, and where the last one ends; in 32 bits where that is enough."""
+    total = int(counts.sum(dtype=np.int64))
+    result: IntArray = np.zeros(len(counts) + 1, dtype=np.int32 if total < 2**31 else np.int64)
+    np.cumsum(counts, out=result[1:])
+    return result
 
 
 def input_probability(mdp: LabelledMDP, aps: tuple[str, ...], letter_class: IntArray) -> Any:
@@ -181,40 +279,34 @@ def _start(mdp: LabelledMDP, reader: Reader, initial_label: InitialLabel) -> tup
 
 def _reach(mdp: LabelledMDP, reader: Reader, start: IntArray) -> tuple[BoolArray, BoolArray]:
     """Which keys are reachable as product states, and which as arrivals."""
-    base, inputs, size = mdp.explicit, reader.input_probability, reader.size
-    first = base.matrix.indptr[base.choice_start]  # a state's rows are adjacent: its successors are one range
+    edges, inputs, size = mdp.explicit.adjacency, reader.input_probability, reader.size
+    degree, n_inputs = np.diff(edges.indptr), np.diff(inputs.indptr)
     seen = np.zeros(mdp.n_states * size, dtype=np.bool_)
     arrived = np.zeros_like(seen)
+    ticket = np.zeros(len(seen), dtype=np.int32)
     frontier = np.unique(start)
     seen[frontier] = True
     while frontier.size:
         state, machine = np.divmod(frontier, size)
         owner, _, machine = reader.options(machine)
         state = state[owner]
-        length = first[state + 1] - first[state]
-        entered = base.matrix.indices[ranges(first[state], length)].astype(np.int64)
-        arrival = _fresh(entered * size + np.repeat(machine, length), arrived)
+        length = degree[state]
+        entered = edges.indices[ranges(edges.indptr[state], length)].astype(np.int64)
+        arrival = _fresh(entered * size + np.repeat(machine, length), arrived, ticket)
         state, machine = np.divmod(arrival, size)
-        length = np.diff(inputs.indptr)[state]
+        length = n_inputs[state]
         column = inputs.indices[ranges(inputs.indptr[state], length)]
         state, machine = np.repeat(state, length), np.repeat(machine, length)
         live = reader.goes_on[machine, column] & ~reader.ends[state]
-        frontier = _fresh((state * size + reader.next_state[machine, column])[live], seen)
+        frontier = _fresh((state * size + reader.next_state[machine, column])[live], seen, ticket)
     return seen, arrived
 
 
-def _fresh(keys: IntArray, seen: BoolArray) -> IntArray:
-    """The keys not seen before, each once, ascending; marks them as seen."""
-    keys = np.unique(keys[~seen[keys]])
+def _fresh(keys: IntArray, seen: BoolArray, ticket: IntArray) -> IntArray:
+    """The keys not seen before, each once; marks them as seen. `ticket` is scratch space."""
+    keys = keys[~seen[keys]]
+    number = np.arange(len(keys), dtype=np.int32)
+    ticket[keys] = number  # of equal keys one wins
+    keys = keys[ticket[keys] == number]
     seen[keys] = True
     return keys
-
-
-def _moves(matrix: Any, rows: IntArray, machine: IntArray, arrived: BoolArray, size: int) -> Any:
-    """The environment's half of a step: choice (s, q, a) -> arrival (s', q)."""
-    number = np.cumsum(arrived, dtype=np.int64) - 1
-    picked = matrix[rows]
-    keys = picked.indices.astype(np.int64) * size
-    keys += np.repeat(machine, np.diff(picked.indptr))
-    columns = number[keys].astype(picked.indices.dtype)
-    return sparse.csr_array((picked.data, columns, picked.indptr), shape=(len(rows), int(number[-1]) + 1))

@@ -106,10 +106,10 @@ class Judge:
 
     @cached_property
     def optimal_policy(self) -> IntArray | None:
-        """A policy that attains `value`; 0 where nothing is to be decided."""
+        """A policy that attains `value`; the first action there is where nothing is to be decided."""
         if self._solution is None:
             return None
-        pairs = np.zeros(self.reached.shape, dtype=np.int64)
+        pairs = np.repeat(self._any_action[:, None], self.reached.shape[1], axis=1)
         pairs[self.rewards.mdp_state, self.rewards.machine_state] = self._solution.policy
         return pairs
 
@@ -125,18 +125,26 @@ class Judge:
         except InvalidArgumentError:  # undiscounted pay for ever
             return None
 
+    def satisfaction(self, policy: npt.ArrayLike) -> float:
+        """The probability that the word of an endless run satisfies the formula; a violation is final.
+
+        Raises:
+            InvalidArgumentError: the policy is of another shape.
+        """
+        given = np.asarray(policy)
+        sink = self._any_action[:, None]  # after a violation nothing matters any more
+        return satisfaction_probability(self.words, self.words.lift(np.hstack((given, sink)))).probability
+
     def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
         """The verdict on a policy.
 
         Raises:
             InvalidArgumentError: it is of another shape.
         """
-        given = np.asarray(policy)
-        rewards, lifted = self.rewards, self.rewards.lift(given)
-        sink = np.zeros((len(given), 1), dtype=given.dtype)  # after a violation nothing matters any more
+        rewards, lifted = self.rewards, self.rewards.lift(policy)
         first = first_acceptance(rewards, lifted)
         return PolicyVerdict(
-            satisfaction=satisfaction_probability(self.words, self.words.lift(np.hstack((given, sink)))).probability,
+            satisfaction=self.satisfaction(policy),
             discounted_return=expected_return(rewards, lifted),
             total_return=expected_return(rewards, lifted, discount=1.0),
             steps=expected_steps(rewards, lifted),
@@ -153,6 +161,11 @@ class Judge:
             return None
         value = expected_return(self.rewards, self.rewards.lift(policy))
         return (self.value - value) / (abs(self.value) or 1.0)
+
+    @property
+    def _any_action(self) -> IntArray:
+        """The first action that each state of the environment offers, shape (n_mdp_states,)."""
+        return np.asarray(np.argmax(self.rewards.mdp.available, axis=1))
 
     @property
     def reached(self) -> npt.NDArray[np.bool_]:

@@ -1,0 +1,106 @@
+"""`ltlc faithful`: what each reward scheme really optimises in a known environment."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ltlc.cli import flags, setting
+from ltlc.cli.findings import tell
+from ltlc.errors import InvalidArgumentError
+
+if TYPE_CHECKING:
+    from ltlc.faithful import Candidate, FaithfulnessReport
+
+
+def faithful(
+    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
+    env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
+    labels: setting.Labels = None,
+    env_set: setting.EnvArguments = None,
+    initial_label: setting.InitialLabel = "read",
+    reward: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--reward",
+            "-r",
+            metavar="NAME[,KEY=VALUE...]",
+            help="A scheme from 'ltlc rewards', with parameters. May be repeated.",
+            show_default="all, with the parameters of their papers",
+        ),
+    ] = None,
+    on_deadlock: setting.OnDeadlock = None,
+    acceptance: flags.Acceptance = "state",
+    translator: flags.Translator = "auto",
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", metavar="FILE", help="Draw the table: .png, .svg or .pdf.")
+    ] = None,
+    json_: flags.Json = False,
+) -> None:
+    """Compute what each reward scheme really optimises.
+
+    For each scheme a policy that is optimal for its rewards is computed
+    exactly, without learning, and judged by the formula: the probability that
+    it satisfies it, beside the largest one possible.
+
+    \b
+    Examples:
+      ltlc faithful "!C U (A & (!C U B))" --env ltlc/Thesis10x10-v0
+      ltlc faithful "!C U A" -e ltlc/Thesis10x10-v0 -r eventual -r two-discount,gamma=0.999 -o bars.png
+    """
+    from ltlc.faithful import faithfulness
+
+    candidates = None if not reward else [_candidate(text, on_deadlock) for text in reward]
+    automaton = setting.automaton_of(formula, acceptance, translator)
+    place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
+    if place.model is None:
+        raise InvalidArgumentError(
+            f"the dynamics of {env} are not known: it is no grid world and has no transition table P, so what is "
+            "optimal there cannot be computed"
+        )
+    tell(automaton, place)
+    report = faithfulness(place.model, automaton, candidates, initial_label=initial_label)
+    if output is not None:
+        _draw(Path(output), report, env)
+    if json_:
+        print(json.dumps(report.to_dict(), ensure_ascii=False, indent=2))
+        return
+    _print(report, env)
+    if output is not None:
+        print(f"The picture is in {output}.")
+
+
+def _candidate(text: str, on_deadlock: str | None) -> Candidate:
+    from ltlc.faithful import Candidate
+
+    name, *parameters = text.split(",")
+    return Candidate.of(name, on_deadlock, **setting.assignments(parameters, "--reward"))  # type: ignore[arg-type]
+
+
+def _print(report: FaithfulnessReport, env: str) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    print(f"{report.formula or 'an automaton without a formula'} in {env}: at most {report.maximum:.6g} is possible.")
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("optimal for")
+    for heading in ("best return", "P(satisfied)", "loses"):
+        table.add_column(heading, justify="right")
+    for row in report.rows:
+        if row.satisfaction is None or row.gap is None:
+            best = "-" if row.objective is None else f"{row.objective:.6g}"
+            table.add_row(row.name, best, "-", row.problem, style="dim")
+        else:
+            loses = "" if row.faithful else f"[bold red]{row.gap:.6f}[/]"
+            table.add_row(row.name, f"{row.objective:.6g}", f"{row.satisfaction:.6f}", loses)
+    Console(highlight=False).print(table)
+
+
+def _draw(path: Path, report: FaithfulnessReport, env: str) -> None:
+    from ltlc.faithful import draw
+
+    draw(path, report, subtitle=f"in {env}")

@@ -1,0 +1,40 @@
+"""What is known of a task beforehand, said once."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ltlc.automata import RabinAutomaton
+    from ltlc.envs.setting import Setting
+    from ltlc.mdp import MaxSatisfaction
+
+
+def tell(
+    automaton: RabinAutomaton,
+    place: Setting,
+    *,
+    episodes: bool = False,
+    maximum: MaxSatisfaction | None = None,
+) -> None:
+    """Print to stderr, a paragraph each, what can be said before anything is learned.
+
+    Args:
+        automaton: of the task.
+        place: the environment; where its dynamics are not known, only the formula is looked at.
+        episodes: whether episodes are cut where the setting says.
+        maximum: the largest satisfaction probability, where it has been computed before.
+    """
+    from ltlc.diagnosis import diagnose
+
+    found = diagnose(
+        automaton,
+        place.model,
+        episode_steps=place.episode_steps if episodes else None,
+        initial_label=place.initial_label,
+        maximum=maximum,
+    )
+    sys.stdout.flush()
+    for finding in found:
+        print(f"ltlc: note: {finding.text}", file=sys.stderr)

@@ -1,0 +1,220 @@
+"""What each reward scheme really optimises: the exact satisfaction probability of its optimal policy."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ltlc.atomic import atomic_write
+from ltlc.automata import RabinAutomaton
+from ltlc.compiler import compile
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl import Formula
+from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
+from ltlc.mdp.unfolding import InitialLabel
+from ltlc.mdp.verdict import Judge
+from ltlc.rewards import OnDeadlock, RewardScheme, get_scheme
+
+FAITHFUL_GAP = 1e-5
+"""a policy that misses Pmax by no more counts as one that attains it: solvers and limits leave that much open."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A reward scheme with its parameters, under a name for the table."""
+
+    name: str
+    scheme: RewardScheme
+    on_deadlock: OnDeadlock | None = None
+    """None: what the scheme says."""
+
+    @classmethod
+    def of(cls, scheme: str, on_deadlock: OnDeadlock | None = None, **parameters: Any) -> Candidate:
+        """A scheme by name; the candidate is called after what differs from its defaults.
+
+        Raises:
+            UnknownNameError: there is no such scheme.
+            InvalidArgumentError: it has no such parameter, or the value is out of range.
+        """
+        shown = [f"{key}={value}" for key, value in parameters.items()]
+        shown += [] if on_deadlock is None else [f"deadlock={on_deadlock}"]
+        return cls(" ".join([scheme, *shown]), get_scheme(scheme, **parameters), on_deadlock)
+
+
+@dataclass(frozen=True)
+class Faithfulness:
+    """What one reward scheme optimises in one task."""
+
+    name: str
+    scheme: str
+    parameters: Mapping[str, Any]
+    guarantee: str
+    objective: float | None
+    """largest expected return of the scheme; None where it has none, or where the scheme does not apply."""
+    satisfaction: float | None
+    """probability that a policy with that return satisfies the formula."""
+    gap: float | None
+    """what it misses the maximum by."""
+    problem: str | None = None
+    """why there is no answer."""
+
+    @property
+    def faithful(self) -> bool | None:
+        """Whether the optimal policy attains the maximum; None where there is no answer."""
+        return None if self.gap is None else self.gap <= FAITHFUL_GAP
+
+
+@dataclass(frozen=True)
+class FaithfulnessReport:
+    """The faithfulness of several schemes in one task."""
+
+    formula: str | None
+    maximum: float
+    """the maximum satisfaction probability, Pmax."""
+    lower: float
+    upper: float
+    rows: tuple[Faithfulness, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as JSON values."""
+        rows = [asdict(row) | {"parameters": dict(row.parameters), "faithful": row.faithful} for row in self.rows]
+        return {"formula": self.formula, "maximum_satisfaction": [self.lower, self.maximum, self.upper], "rows": rows}
+
+
+def default_candidates() -> tuple[Candidate, ...]:
+    """The schemes with the parameters of their papers, and those with a limit also nearer to it."""
+    return (
+        Candidate.of("thesis"),
+        Candidate.of("thesis-code"),
+        Candidate.of("accept"),
+        Candidate.of("sadigh"),
+        Candidate.of("sadigh", gamma=0.9999),
+        Candidate.of("frontier"),
+        Candidate.of("zeta-reach"),
+        Candidate.of("zeta-discount"),
+        Candidate.of("two-discount"),
+        Candidate.of("eventual"),
+        Candidate.of("parity"),
+        Candidate.of("parity", epsilon=0.001),
+        Candidate.of("parity", mode="terminate"),
+    )
+
+
+def faithfulness(
+    mdp: LabelledMDP,
+    formula: Formula | str | RabinAutomaton,
+    candidates: Sequence[Candidate] | None = None,
+    *,
+    initial_label: InitialLabel = "read",
+) -> FaithfulnessReport:
+    """What each scheme really optimises in a known environment.
+
+    For each candidate the product of environment and reward tables is solved exactly for the scheme's own objective,
+    and the policy found is judged by the formula alone: as an endless run, in which a violation is final. Where several
+    policies are optimal for a scheme, one is judged; the others may do better or worse, which is itself a reason not to
+    trust the scheme.
+
+    Args:
+        mdp: the environment.
+        formula: the task.
+        candidates: None for `default_candidates`.
+        initial_label: whether the label of the first state is read.
+
+    Raises:
+        LtlSyntaxError: the text is not a formula.
+        UnknownNameError: the formula has a proposition that the environment does not label.
+    """
+    automaton = formula if isinstance(formula, RabinAutomaton) else compile(formula)
+    maximum = max_satisfaction_probability(Product(mdp, automaton, initial_label=initial_label))
+    rows = [
+        _row(mdp, automaton, candidate, maximum.probability, initial_label)
+        for candidate in (default_candidates() if candidates is None else candidates)
+    ]
+    return FaithfulnessReport(automaton.formula, maximum.probability, maximum.lower, maximum.upper, tuple(rows))
+
+
+def _row(
+    mdp: LabelledMDP, automaton: RabinAutomaton, candidate: Candidate, maximum: float, initial_label: InitialLabel
+) -> Faithfulness:
+    scheme = candidate.scheme
+    objective = satisfaction = gap = None
+    problem = None
+    try:
+        tables = scheme.compile(automaton, candidate.on_deadlock)
+    except InvalidArgumentError as error:
+        problem = str(error)
+    else:
+        judge = Judge(mdp, automaton, tables, initial_label=initial_label)
+        objective = judge.value
+        if objective is None or judge.optimal_policy is None:
+            problem = "its return has no finite maximum"
+        else:
+            satisfaction = judge.satisfaction(judge.optimal_policy)
+            gap = max(0.0, maximum - satisfaction)
+    return Faithfulness(
+        candidate.name, scheme.name, scheme.parameters, scheme.guarantee, objective, satisfaction, gap, problem
+    )
+
+
+def draw(path: str | os.PathLike[str], report: FaithfulnessReport, *, subtitle: str = "") -> None:
+    """Draw a report as bars, one per scheme, with the maximum as a line.
+
+    Raises:
+        InvalidArgumentError: the suffix is not .png, .svg or .pdf.
+        OSError: the file cannot be written.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InvalidArgumentError(f"{target}: the suffix must be .png, .svg or .pdf")
+    from matplotlib.figure import Figure
+
+    rows = report.rows[::-1]
+    figure = Figure(figsize=(8, 1.3 + 0.32 * len(rows)), layout="constrained")
+    axes = figure.add_subplot()
+    for y, row in enumerate(rows):
+        if row.satisfaction is None:
+            axes.text(0.01, y, row.problem or "", va="center", color=_GREY, size=8, style="italic")
+            continue
+        axes.barh(y, row.satisfaction, height=0.62, color=_colour(row.gap or 0.0))
+        if not row.faithful:
+            axes.text(1.02, y, f"loses {row.gap:.2g}", va="center", size=8)
+        inside = row.satisfaction > 0.85
+        axes.text(
+            row.satisfaction + (-0.01 if inside else 0.01),
+            y,
+            f"{row.satisfaction:.4f}".rstrip("0").rstrip("."),
+            va="center",
+            ha="right" if inside else "left",
+            color="white" if inside else "black",
+            size=8,
+        )
+    axes.axvline(report.maximum, color="black", linewidth=1, linestyle=(0, (4, 3)))
+    axes.text(report.maximum, len(rows) - 0.35, f"possible: {report.maximum:.4g}", ha="center", va="bottom", size=8)
+    axes.set_yticks(range(len(rows)), [row.name for row in rows])
+    axes.set_xlim(0, 1.15)
+    axes.set_xticks([0, 0.2, 0.4, 0.6, 0.8, 1])
+    axes.set_ylim(-0.6, len(rows) - 0.4)
+    axes.set_xlabel("probability that the optimal policy of the scheme satisfies the formula")
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    title = report.formula or "an automaton without a formula"
+    figure.suptitle(f"{title}\n{subtitle}" if subtitle else title, size=10)
+    content = io.BytesIO()
+    figure.savefig(content, format=target.suffix[1:].lower(), dpi=150, metadata=_undated(target))
+    atomic_write(target, content.getvalue())
+
+
+def _undated(target: Path) -> dict[str, None]:
+    """Metadata that keep the time out of the file."""
+    return {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(target.suffix.lower(), {})
+
+
+def _colour(gap: float) -> str:
+    return "#2a7f62" if gap <= FAITHFUL_GAP else "#d99a2b" if gap <= 0.01 else "#c44536"
+
+
+_GREY = "#777777"

@@ -1,0 +1,169 @@
+"""PRISM's files: out and in again, wrong ones, and Storm's answers to what was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mdp_cases import thesis_world
+
+from ltlc import compile
+from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.mdp import (
+    LabelledMDP,
+    Product,
+    induced_process,
+    max_satisfaction_probability,
+    product_process,
+    read_explicit,
+    read_state_rewards,
+    satisfaction_probability,
+    to_prism_language,
+    with_sure_labels,
+    write_explicit,
+)
+
+
+def random_mdp(seed: int, n: int = 7, n_actions: int = 3, *, random_labels: bool = False) -> LabelledMDP:
+    rng = np.random.default_rng(seed)
+    p = rng.random((n_actions, n, n)) * (rng.random((n_actions, n, n)) < 0.4)
+    p[0, np.arange(n), rng.permutation(n)] += 0.5
+    total = p.sum(axis=2, keepdims=True)
+    p = np.divide(p, total, out=np.zeros_like(p), where=total > 0)
+    labels = [{ap: (rng.random() if random_labels else 1.0) for ap in "ab" if rng.random() < 0.4} for _ in range(n)]
+    return LabelledMDP.from_arrays(p, aps="ab", labels=labels, initial_state=int(rng.integers(n)))
+
+
+@pytest.mark.parametrize("style", ["prism", "storm"])
+@pytest.mark.parametrize("seed", range(6))
+def test_models_come_back_as_they_were(tmp_path: Path, seed: int, style: str) -> None:
+    mdp = random_mdp(seed, n_actions=1 + seed % 3)
+    reward = np.random.default_rng(seed).normal(size=mdp.n_states).round(3)
+    tra, lab, sta, srew = write_explicit(mdp, tmp_path / "model", style=style, state_reward=reward)
+    again = read_explicit(tra, lab, sta)
+    assert (again.aps, again.initial_state) == (mdp.aps, mdp.initial_state)
+    one, two = mdp.explicit, again.explicit
+    assert (one.choice_start == two.choice_start).all()
+    assert np.abs(one.matrix - two.matrix).max() <= 1e-15
+    assert (with_sure_labels(again)[0].label_probability != mdp.label_probability).nnz == 0
+    assert (read_state_rewards(srew, mdp.n_states) == reward).all()
+
+
+def test_random_labels_become_states() -> None:
+    mdp = random_mdp(3, random_labels=True)
+    with pytest.raises(InvalidArgumentError, match="with_sure_labels"):
+        to_prism_language(mdp)
+    sure, origin = with_sure_labels(mdp)
+    assert sure.n_states == mdp.label_probability.nnz == len(origin)
+    for formula in ("F(a & X b)", "G F a & F G !b", "!a U b"):
+        dra = compile(formula)
+        values = [max_satisfaction_probability(Product(model, dra)).probability for model in (mdp, sure)]
+        assert values[0] == pytest.approx(values[1], abs=1e-9)
+
+
+def test_the_module_language_reads_like_the_model() -> None:
+    p = np.array([[[0, 1.0], [0, 1]], [[0.25, 0.75], [0, 0]]])
+    text = to_prism_language(LabelledMDP.from_arrays(p, aps="g", labels={1: "g"}, action_names=("go", "try")))
+    assert text == (
+        "mdp\n\nmodule model\n  s : [0..1] init 0;\n  [go] s=0 -> 1.0 : (s'=1);\n  [try] s=0 -> 0.25 : (s'=0) + 0.75 "
+        ": (s'=1);\n  [go] s=1 -> 1.0 : (s'=1);\nendmodule\n\nlabel \"g\" = s=1;\n"
+    )
+
+
+@pytest.mark.parametrize(("tra", "message"), [
+    ("", "empty"),
+    ("2 2\n0 1 1\n", "header promises"),
+    ("zwei\n", "line 1"),
+    ("2 2\n0 1 1\n1 1\n", "line 3: 2 entries"),
+    ("2 2\n0 1 one\n1 1 1\n", "line 2: 'one' is not a probability"),
+    ("2 2\n0 1 1.5\n1 1 1\n", "line 2: 1.5 is not a probability"),
+    ("2 2\n0 1 nan\n1 1 1\n", "line 2: nan is not a probability"),
+    ("2 2\n0 5 1\n1 1 1\n", "line 2: state 5, but there are 2"),
+    ("2 2\n0 -1 1\n1 1 1\n", "line 2: '-1' is not state"),
+    ("2 2\n0 1 0.5\n1 1 1\n", "sum to 0.5"),
+    ("mdp\n0 0 0 0.5 go\n0 0 1 0.5 stay\n", "two actions"),
+    ("mdp\n", "no transitions"),
+    ("mdp\n0 0 1 1\n", "no available action"),
+])  # fmt: skip
+def test_malformed_transitions(tmp_path: Path, tra: str, message: str) -> None:
+    path = tmp_path / "wrong.tra"
+    path.write_text(tra)
+    with pytest.raises(FileFormatError, match=message) as caught:
+        read_explicit(path)
+    assert "wrong.tra" in str(caught.value)
+
+
+@pytest.mark.parametrize(("lab", "message"), [
+    ("", "empty"), ("init goal\n", "line 1"), ('0="init" 1="goal"\n0: 2\n', "line 2: label '2'"),
+    ('0="init"\n9: 0\n', "line 2: state 9"), ('0="init"\n0: 0\n1: 0\n', "2 states are labelled init"),
+    ("#DECLARATION\ninit\n0 init\n", "#END"),
+])  # fmt: skip
+def test_malformed_labels(tmp_path: Path, lab: str, message: str) -> None:
+    (tmp_path / "m.tra").write_text("2 2\n0 1 1\n1 1 1\n")
+    (tmp_path / "m.lab").write_text(lab)
+    with pytest.raises(FileFormatError, match=message) as caught:
+        read_explicit(tmp_path / "m.tra", tmp_path / "m.lab")
+    assert "m.lab" in str(caught.value)
+
+
+def test_malformed_rewards_and_states(tmp_path: Path) -> None:
+    (tmp_path / "m.tra").write_text("2 2\n0 1 1\n1 1 1\n")
+    (tmp_path / "m.srew").write_text("2 1\n0 much\n")
+    with pytest.raises(FileFormatError, match=r"m\.srew, line 2"):
+        read_state_rewards(tmp_path / "m.srew", 2)
+    (tmp_path / "m.sta").write_text("(x)\n0:(1)\nx(2)\n")
+    with pytest.raises(FileFormatError, match=r"m\.sta, line 3"):
+        read_explicit(tmp_path / "m.tra", sta=tmp_path / "m.sta")
+
+
+def test_what_cannot_be_written(tmp_path: Path) -> None:
+    loop = [np.eye(2)]
+    with pytest.raises(InvalidArgumentError, match="at random"):
+        to_prism_language(LabelledMDP.from_arrays(loop, initial_distribution=np.array([0.5, 0.5])))
+    with pytest.raises(InvalidArgumentError, match="name of a label"):
+        write_explicit(LabelledMDP.from_arrays(loop, aps=["x > 1"]), tmp_path / "m")
+    with pytest.raises(InvalidArgumentError, match="style"):
+        write_explicit(LabelledMDP.from_arrays(loop), tmp_path / "m", style="nusmv")  # type: ignore[arg-type]
+
+
+def storm_says(stormpy, model, text: str) -> float:
+    result = stormpy.model_checking(model, stormpy.parse_properties(text)[0])
+    state = model.initial_states[0]
+    return result.get_value(state) if hasattr(result, "get_value") else result.at(state)
+
+
+FORMULAS = [("F(a & X b)", 'F ("a" & X "b")'), ("G F a & F G !b", '(G F "a") & (F G !"b")'), ("!a U b", '!"a" U "b"')]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_storm_agrees_on_models_and_on_policies(tmp_path: Path, seed: int) -> None:
+    stormpy = pytest.importorskip("stormpy")
+    mdp = random_mdp(seed, n=9, n_actions=2)
+    build = getattr(stormpy, "build_model_from_explicit", None) or stormpy.build_sparse_model_from_explicit
+
+    def explicit(model: LabelledMDP):
+        tra, lab, *_ = write_explicit(model, tmp_path / "model", style="storm")
+        return build(str(tra), str(lab))
+
+    (tmp_path / "model.prism").write_text(to_prism_language(mdp))
+    symbolic = stormpy.build_model(stormpy.parse_prism_program(str(tmp_path / "model.prism")))
+    for formula, text in FORMULAS:
+        best = max_satisfaction_probability(product := Product(mdp, compile(formula)))
+        assert storm_says(stormpy, explicit(mdp), f"Pmax=? [{text}]") == pytest.approx(best.probability, abs=1e-5)
+        if text.startswith("!"):  # PRISM states that are not reached are not built, so their labels may be missing
+            assert storm_says(stormpy, symbolic, f"Pmax=? [{text}]") == pytest.approx(best.probability, abs=1e-5)
+        again = storm_says(stormpy, explicit(product_process(product)), f"Pmax=? [{text}]")
+        assert again == pytest.approx(best.probability, abs=1e-5)
+        policy = product.choice_action[product.choice_start[:-1]]
+        ours = satisfaction_probability(product, policy).probability
+        chain = explicit(induced_process(product, policy))
+        assert storm_says(stormpy, chain, f"P=? [{text}]") == pytest.approx(ours, abs=1e-5)
+
+
+def test_the_thesis_grid_in_the_module_language(tmp_path: Path) -> None:
+    stormpy = pytest.importorskip("stormpy")
+    (tmp_path / "grid.prism").write_text(to_prism_language(thesis_world(10)))
+    model = stormpy.build_model(stormpy.parse_prism_program(str(tmp_path / "grid.prism")))
+    text = 'Pmax=? [!"C" U ("A" & (!"C" U ("B" & (!"C" U "T"))))]'
+    assert storm_says(stormpy, model, text) == pytest.approx(0.923638, abs=1e-4)
