@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, NamedTuple
 
@@ -29,6 +29,8 @@ from ltlc.task import Task
 NUM_ENVS = 64
 EPISODE_STEPS = 500
 THRESHOLDS = (0.05, 0.01)
+PEER_STEPS = 10**9
+PEER_EXPLORATION_STEPS = 50_000
 PEER_FACTOR = 50.0
 """the other agent is given this many times our time to the first threshold."""
 
@@ -137,11 +139,13 @@ def measure(name: str, seed: int) -> Measurement:
     return result
 
 
-def measure_peer(name: str, seed: int, cap: float) -> Measurement:
+def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measurement:
     """Train stable-baselines3's DQN for at most `cap` seconds, or until it is below the first threshold.
 
-    The same wrapper, hidden layers, reward scale, batches, exploration, first learning rate and number of environments;
-    the automaton state is an indicator vector in the input. It has no counterfactual replay and no double estimator.
+    The same wrapper and hidden layers; the automaton state is an indicator vector in the input. Untuned, it runs as it
+    comes, on one environment, but for the time over which exploration fades. Tuned, it is also given our reward scale,
+    batches, exploration, learning rate and number of environments; what is left of the difference is counterfactual
+    replay, the double estimator and the implementation.
     """
     import gymnasium as gym
     from stable_baselines3 import DQN
@@ -151,28 +155,37 @@ def measure_peer(name: str, seed: int, cap: float) -> Measurement:
     case, task = CASES[name], task_of(CASES[name])
     config = configuration(case, seed)
     scale = TensorTables.of(task.tables, config).scale
-    result = Measurement("stable-baselines3", name, seed, float("nan"))
+    label = "stable-baselines3" + ("+ours" if tuned else "")
+    result = Measurement(label, name, seed, float("nan"))
 
     def make() -> gym.Env[Any, Any]:
         world = thesis_world(case.size, dynamic=case.dynamic)
         wrapped = LTLWrapper(world, task, observation="flat", initial_label="skip", extra_labels="ignore")
-        return gym.wrappers.TransformReward(gym.wrappers.TimeLimit(wrapped, EPISODE_STEPS), lambda r: r / scale)
+        limited = gym.wrappers.TimeLimit(wrapped, EPISODE_STEPS)
+        return gym.wrappers.TransformReward(limited, lambda r: r / scale) if tuned else limited
 
-    env = DummyVecEnv([make] * NUM_ENVS)
-    agent = DQN(
-        "MlpPolicy", env, policy_kwargs={"net_arch": list(config.hidden)}, gamma=0.99, seed=seed,
-        learning_rate=config.learning_rate,
-        buffer_size=config.buffer_size, learning_starts=config.learning_starts, batch_size=config.batch_size,
-        tau=config.tau, target_update_interval=1, train_freq=1, gradient_steps=1,
-        exploration_initial_eps=config.epsilon_start, exploration_final_eps=config.epsilon_final,
-        exploration_fraction=0.02, device="cpu",
-    )  # fmt: skip
+    settings: dict[str, Any] = {"exploration_fraction": PEER_EXPLORATION_STEPS / PEER_STEPS}
+    if tuned:
+        settings |= {
+            "learning_rate": config.learning_rate,
+            "buffer_size": config.buffer_size,
+            "learning_starts": config.learning_starts,
+            "batch_size": config.batch_size,
+            "tau": config.tau,
+            "target_update_interval": 1,
+            "train_freq": 1,
+            "exploration_initial_eps": config.epsilon_start,
+            "exploration_final_eps": config.epsilon_final,
+        }
+    env = DummyVecEnv([make] * (NUM_ENVS if tuned else 1))
+    network = {"net_arch": list(config.hidden)}
+    agent = DQN("MlpPolicy", env, policy_kwargs=network, gamma=0.99, seed=seed, device="cpu", **settings)
     judge, shown = peer_judge(case, task)
     result.optimum = judge.optimum
 
     class Watch(BaseCallback):
         def _on_step(self) -> bool:
-            if self.n_calls % 200:
+            if self.n_calls % (200 if tuned else 5_000):
                 return True
             result.clock.pause()
             values = agent.q_net(agent.policy.obs_to_tensor(shown)[0]).detach().numpy()
@@ -182,7 +195,7 @@ def measure_peer(name: str, seed: int, cap: float) -> Measurement:
             return result.clock.wall < cap and THRESHOLDS[0] not in result.reached
 
     result.clock.start()
-    agent.learn(10**9, callback=Watch())
+    agent.learn(PEER_STEPS, callback=Watch())
     result.clock.pause()
     return result
 
@@ -197,7 +210,7 @@ def peer_judge(case: Case, task: Task) -> tuple[ExactJudge, npt.NDArray[np.float
 
 def line(result: Measurement) -> str:
     """One row of the table."""
-    cells = [f"{result.case:14}", f"{result.agent:17}", f"{result.seed:4}"]
+    cells = [f"{result.case:14}", f"{result.agent:22}", f"{result.seed:4}"]
     for threshold in THRESHOLDS:
         wall, cpu, steps = result.reached.get(threshold, (float("nan"),) * 3)
         cells.append(f"{wall:8.1f} {cpu:8.1f} {steps:9.0f}")
@@ -233,20 +246,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if unknown:
         parser.error(f"unknown case {unknown[0]!r}; known: {', '.join(CASES)}")
     heads = "".join(f"  {f'to {t:.0%}: seconds, cpu, steps':>27}" for t in THRESHOLDS)
-    print(f"{'case':14}  {'agent':17}  seed{heads}    regret  whole, s")
+    print(f"{'case':14}  {'agent':22}  seed{heads}    regret  whole, s")
     results: list[Measurement] = []
     for name in options.cases or CASES:
         for seed in range(options.seeds):
-            jobs: list[Callable[[], Measurement]] = [lambda n=name, s=seed: measure(n, s)]  # type: ignore[misc]
-            if options.peer and seed == 0:
-                jobs.append(lambda n=name, s=seed: measure_peer(n, s, peer_cap(results[-1], options.cap)))  # type: ignore[misc]
-            for job in jobs:
-                results.append(job())
-                print(line(results[-1]), flush=True)
+            for result in measurements(name, seed, options.cap if options.peer and seed == 0 else None):
+                results.append(result)
+                print(line(result), flush=True)
     print("\n" + "\n".join(summary(results)))
     if options.json:
         with open(options.json, "w", encoding="utf-8") as stream:
             json.dump([asdict(result) for result in results], stream, indent=1)
+
+
+def measurements(name: str, seed: int, peer_cap_s: float | None) -> Iterator[Measurement]:
+    """Ours, and, where the other agent gets time, that one as it comes and with our settings."""
+    ours = measure(name, seed)
+    yield ours
+    if peer_cap_s is not None:
+        for tuned in (False, True):
+            yield measure_peer(name, seed, peer_cap(ours, peer_cap_s), tuned=tuned)
 
 
 def peer_cap(ours: Measurement, cap: float) -> float:
