@@ -118,11 +118,6 @@ def distances(graph: Graph, sources: Iterable[int]) -> list[int]:
     return distance
 
 
-def distances_to(graph: Graph, targets: Iterable[int]) -> list[int]:
-    """Number of edges on a shortest path from each node to the nearest target; -1 where there is none."""
-    return distances(predecessor_lists(graph), targets)
-
-
 def reachable(graph: Graph, sources: Iterable[int]) -> list[int]:
     """The nodes that can be reached from the sources, sources included, in breadth-first order."""
     successors = successor_lists(graph)
@@ -139,22 +134,3 @@ def reachable(graph: Graph, sources: Iterable[int]) -> list[int]:
 def coreachable(graph: Graph, targets: Iterable[int]) -> list[int]:
     """The nodes from which some target can be reached, targets included, in breadth-first order."""
     return reachable(predecessor_lists(graph), targets)
-
-
-def shortest_path(graph: Graph, source: int, targets: Iterable[int]) -> list[int] | None:
-    """The nodes of a shortest path from the source to one of the targets, both ends included, or None."""
-    successors = successor_lists(graph)
-    goal = set(targets)
-    parent = {source: source}
-    queue = [source]
-    for node in queue:  # grows while it is read
-        if node in goal:
-            path = [node]
-            while path[-1] != source:
-                path.append(parent[path[-1]])
-            return path[::-1]
-        for target in successors[node]:
-            if target not in parent:
-                parent[target] = node
-                queue.append(target)
-    return None

@@ -13,12 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.rabin import MAX_APS
+from ltlc.automata.alphabet import letter_classes, proposition_column
+from ltlc.automata.rabin import MAX_APS, BoolArray
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder
 
-_COLUMNS_AT_ONCE = 40
-"""truth values that fit, with the up to 2**20 classes before them, into 64 bits."""
 _BOOLEAN = (Constant, Proposition, Not, And, Or)
 
 
@@ -51,12 +50,11 @@ def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
         raise AlphabetLimitExceeded(
             f"the formula has {len(aps)} atomic propositions; tables over letters hold at most {MAX_APS}"
         )
-    letter = np.arange(2 ** len(aps), dtype=np.int64)
-    truth: dict[Formula, npt.NDArray[np.bool_]] = {}
+    truth: dict[Formula, BoolArray] = {}
     maximal: dict[Formula, None] = {}
     for f in postorder(formula):
         if isinstance(f, _BOOLEAN) and all(arg in truth for arg in f.args):
-            truth[f] = _truth(f, truth, aps, letter)
+            truth[f] = _truth(f, truth, aps)
             maximal[f] = None
         if isinstance(f, _BOOLEAN) and f in truth:
             for arg in f.args:
@@ -64,36 +62,22 @@ def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
     for f in postorder(formula):
         if f not in truth:
             maximal.update((arg, None) for arg in f.args if arg in truth)
-    columns = list(maximal)
-    classes = np.zeros(len(letter), dtype=np.int64)
-    for start in range(0, len(columns), _COLUMNS_AT_ONCE):
-        for f in columns[start : start + _COLUMNS_AT_ONCE]:
-            classes = classes << 1 | truth[f]
-        _, first, classes = np.unique(classes, return_index=True, return_inverse=True)
-    if columns:
-        order = np.argsort(first)
-        first, classes = first[order], np.argsort(order)[classes]
-    else:
-        first = np.zeros(1, dtype=np.int64)
-    sets = {f: _as_letter_set(truth[f][first]) for f in columns}
-    return Letters(aps, classes.astype(np.int32), len(first), sets)
+    letter_class, first = letter_classes([truth[f] for f in maximal], len(aps))
+    sets = {f: _as_letter_set(truth[f][first]) for f in maximal}
+    return Letters(aps, letter_class, len(first), sets)
 
 
-def _truth(
-    f: Formula,
-    truth: dict[Formula, npt.NDArray[np.bool_]],
-    aps: tuple[str, ...],
-    letter: npt.NDArray[np.int64],
-) -> npt.NDArray[np.bool_]:
+def _truth(f: Formula, truth: dict[Formula, BoolArray], aps: tuple[str, ...]) -> BoolArray:
+    """The letters on which a Boolean formula holds, from those of its operands."""
     if isinstance(f, Proposition):
-        return (letter >> aps.index(f.name) & 1).astype(np.bool_)
+        return proposition_column(aps.index(f.name), len(aps))
     if isinstance(f, Constant):
-        return np.full(len(letter), f.value)
+        return np.full(2 ** len(aps), f.value)
     columns = [truth[arg] for arg in f.args]
     if isinstance(f, Not):
         return ~columns[0]
     return reduce(np.logical_and if isinstance(f, And) else np.logical_or, columns)
 
 
-def _as_letter_set(column: npt.NDArray[np.bool_]) -> int:
+def _as_letter_set(column: BoolArray) -> int:
     return int.from_bytes(np.packbits(column, bitorder="little").tobytes(), "little")
