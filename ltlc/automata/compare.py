@@ -20,6 +20,8 @@ from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
 
+_SMALL_AUTOMATON = 200
+"""entries of the table up to which plain lists are faster than arrays."""
 _SMALL_PRODUCT = 50_000
 """product edges up to which plain lists are faster than arrays."""
 
@@ -92,6 +94,8 @@ def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArr
         max_edges: product edges to look at; the largest groups of states that would need more count as different, so
             that states of one class still have the same language. None: decide all.
     """
+    if a.n_states * a.n_classes <= _SMALL_AUTOMATON and _evidently_different(a):
+        return np.arange(a.n_states, dtype=np.int32)
     bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
@@ -120,6 +124,41 @@ def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArr
     smallest = np.arange(len(first))
     np.minimum.at(smallest, left[~different], right[~different])
     return number_blocks(smallest[bisimilar].tolist())
+
+
+def _evidently_different(a: RabinAutomaton) -> bool:
+    """Whether words that repeat one letter class in the end tell all states apart; with lists, for small automata."""
+    block = [0] * a.n_states
+    for c in range(a.n_classes):
+        verdicts = _repeated(c, a)
+        numbers: dict[tuple[int, bool], int] = {}
+        block = [numbers.setdefault(key, len(numbers)) for key in zip(block, verdicts, strict=True)]
+    n_blocks = 0
+    while n_blocks < max(block) + 1 < a.n_states:
+        n_blocks = max(block) + 1
+        seen: dict[tuple[int, ...], int] = {}
+        block = [
+            seen.setdefault((b, *[block[t] for t in row]), len(seen)) for b, row in zip(block, a.rows, strict=True)
+        ]
+    return max(block) + 1 == a.n_states
+
+
+def _repeated(c: int, a: RabinAutomaton) -> list[bool]:
+    """From which states the word that repeats the letter class is accepted."""
+    accepted: dict[int, bool] = {}
+    for start in range(a.n_states):
+        trail: list[int] = []
+        state = start
+        while state not in accepted and state not in trail:
+            trail.append(state)
+            state = a.rows[state][c]
+        if state not in accepted:
+            seen = 0
+            for q in trail[trail.index(state) :]:
+                seen |= a.edge_marks[q][c]
+            accepted[state] = any(seen >> 2 * i & 3 == 2 for i in range(a.n_pairs))
+        accepted.update((q, accepted[state]) for q in trail)
+    return [accepted[q] for q in range(a.n_states)]
 
 
 def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:

@@ -7,9 +7,10 @@ share a *letter class*, and the tables are indexed by class: `delta[state, lette
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -81,11 +82,18 @@ class RabinAutomaton:
         _check(self.fin.shape == self.inf.shape, "fin and inf have different shapes")
         _check(n_states > 0 and n_classes > 0, "there is no state or no letter class")
         _check(0 <= self.initial_state < n_states, f"initial state {self.initial_state} of {n_states} states")
-        _check(bool((self.delta >= 0).all() and (self.delta < n_states).all()), "delta leads outside the states")
-        in_range = self.letter_class.min() >= 0 and self.letter_class.max() < n_classes
-        used = in_range and bool(np.bincount(self.letter_class, minlength=n_classes).all())
+        _check(bool(self.delta.min() >= 0 and self.delta.max() < n_states), "delta leads outside the states")
+        used = int(self.letter_class.min()) >= 0 and int(self.letter_class.max()) < n_classes
+        used = used and bool(np.bincount(self.letter_class, minlength=n_classes).all())
         _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
+
+    def described(self, formula: str | None, translator: str | None) -> Self:
+        """The same automaton, said to come from this formula and construction; what was computed for it is kept."""
+        twin = copy(self)
+        object.__setattr__(twin, "formula", formula)
+        object.__setattr__(twin, "translator", translator)
+        return twin
 
     @property
     def n_states(self) -> int:

@@ -117,7 +117,7 @@ def translate(
     if effort == "best":
         seconds = _SAT_SECONDS if budget.remaining is None else min(_SAT_SECONDS, budget.remaining)
         automaton = minimize(automaton, timeout=seconds).automaton
-    return replace(automaton, formula=text, translator=best.translator)
+    return automaton.described(text, best.translator)
 
 
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
