@@ -20,8 +20,9 @@ MODULES = [
     "purity",
     "rewrite",
     "rule",
+    "rules_binary",
     "rules_boolean",
-    "rules_temporal",
+    "rules_unary",
     "semantics",
     "words",
 ]
