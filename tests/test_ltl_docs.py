@@ -12,6 +12,7 @@ import ltlc.ltl
 MODULES = [
     "diagnosis",
     "formula",
+    "grammar",
     "hierarchy",
     "implication",
     "normal",
