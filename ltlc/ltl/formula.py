@@ -106,7 +106,7 @@ class _Entry(ref[Formula]):
 
 # Interning is invisible from outside: an entry goes with the last reference to its node.
 _entries: dict[tuple[Any, ...], _Entry] = {}
-_interning = RLock()  # two threads that build one formula must get one object
+_replacing = RLock()  # held while an entry is taken out or replaced; to put one in where none is takes one step
 _set = object.__setattr__
 
 
@@ -116,29 +116,29 @@ def _find(key: tuple[Any, ...]) -> Any:
 
 
 def _forget(entry: _Entry) -> None:
-    with _interning:
+    with _replacing:
         if _entries.get(entry.key) is entry:
             del _entries[entry.key]
 
 
-def _make(
-    key: tuple[Any, ...], args: tuple[Formula, ...], size: int, facts: int, signs: int, opposite: int, payload: str = ""
-) -> Any:
+def _make(key: tuple[Any, ...], args: tuple[Formula, ...], size: int, facts: int, signs: int, opposite: int) -> Any:
     node = object.__new__(key[0])
     _set(node, "args", args)
     _set(node, "size", size)
     _set(node, "facts", facts)
     _set(node, "signs", signs)
     _set(node, "opposite", opposite)
-    if payload:
-        _set(node, payload, key[1])
-    with _interning:
+    if not args:
+        _set(node, "name" if key[0] is Proposition else "value", key[1])
+    entry = _Entry(node, _forget)
+    entry.key = key
+    if _entries.setdefault(key, entry) is entry:
+        return node
+    with _replacing:  # another thread was faster, or the entry of a node that is no more is about to go
         known = _find(key)
-        if known is not None:  # another thread was faster
-            return known
-        entry = _entries[key] = _Entry(node, _forget)
-        entry.key = key
-    return node
+        if known is None:
+            _entries[key] = entry
+        return node if known is None else known
 
 
 def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
@@ -171,7 +171,7 @@ class Constant(Formula):
         key = (cls, bool(value))
         node = _find(key)
         if node is None:
-            node = _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1, "value")
+            node = _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1)
         return cast(Self, node)
 
 
@@ -192,7 +192,7 @@ class Proposition(Formula):
         node = _find(key)
         if node is None:
             sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _MARKS
-            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MARKS, "name")
+            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MARKS)
         return cast(Self, node)
 
 
