@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from threading import RLock
-from typing import Any, ClassVar, Self, TypeVar, cast
+from typing import Any, ClassVar, Self, TypeVar
 from weakref import ref
 from zlib import crc32
 
@@ -169,10 +169,10 @@ class Constant(Formula):
 
     def __new__(cls, value: bool) -> Self:
         key = (cls, bool(value))
-        node = _find(key)
+        node: Self | None = _find(key)
         if node is None:
             node = _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1)
-        return cast(Self, node)
+        return node
 
 
 class Proposition(Formula):
@@ -189,25 +189,27 @@ class Proposition(Formula):
         if not name:
             raise InvalidArgumentError("the name of a proposition has at least one character")
         key = (cls, str(name))
-        node = _find(key)
+        node: Self | None = _find(key)
         if node is None:
             sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _MARKS
             node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MARKS)
-        return cast(Self, node)
+        return node
 
 
 class _Unary(Formula):
     __slots__ = ()
 
     def __new__(cls, operand: Formula) -> Self:
-        return cast(Self, _operator(cls, (operand,)))
+        node: Self = _operator(cls, (operand,))
+        return node
 
 
 class _Binary(Formula):
     __slots__ = ()
 
     def __new__(cls, left: Formula, right: Formula) -> Self:
-        return cast(Self, _operator(cls, (left, right)))
+        node: Self = _operator(cls, (left, right))
+        return node
 
 
 class Not(_Unary):
@@ -251,7 +253,8 @@ class And(Formula):
     _of_all = EVENTUAL | UNIVERSAL | NORMAL
 
     def __new__(cls, *operands: Formula) -> Self:
-        return cast(Self, _flat(cls, operands, TRUE))
+        node: Self = _flat(cls, operands, TRUE)
+        return node
 
 
 class Or(Formula):
@@ -262,7 +265,8 @@ class Or(Formula):
     _of_all = EVENTUAL | UNIVERSAL | NORMAL
 
     def __new__(cls, *operands: Formula) -> Self:
-        return cast(Self, _flat(cls, operands, FALSE))
+        node: Self = _flat(cls, operands, FALSE)
+        return node
 
 
 class Implies(_Binary):

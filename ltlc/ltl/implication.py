@@ -58,11 +58,19 @@ class Implications:
 
     def contradict(self, f: Formula, g: Formula) -> bool:
         """Whether f & g is seen to be unsatisfiable."""
-        return bool(f.signs & g.opposite) and self.implies(f, self.negation(g))
+        if not f.signs & g.opposite:
+            return False
+        if f.facts & LITERAL:  # the same question, without the negation of a larger formula
+            return self.implies(g, self.negation(f))
+        return self.implies(f, self.negation(g))
 
     def exhaust(self, f: Formula, g: Formula) -> bool:
         """Whether f | g is seen to be valid."""
-        return bool(f.opposite & g.signs) and self.implies(self.negation(f), g)
+        if not f.opposite & g.signs:
+            return False
+        if g.facts & LITERAL:
+            return self.implies(self.negation(g), f)
+        return self.implies(self.negation(f), g)
 
     def _implies(self, f: Formula, g: Formula, depth: int) -> bool:
         if f is g:

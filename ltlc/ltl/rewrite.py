@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from ltlc.ltl.formula import Formula
+from ltlc.ltl.formula import LITERAL, Formula
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.normal import nnf
 from ltlc.ltl.rule import Rewrite, Rule
@@ -50,15 +50,23 @@ def simplify(formula: Formula) -> Formula:
             stack.pop()
             continue
         height = len(stack)
+        same = True
         for child in node.args:
-            if child not in done:
+            simple = done.get(child)
+            if simple is not None:
+                same = same and simple is child
+            elif child.facts & LITERAL:
+                done[child] = child
+            else:
                 stack.append((child, child))
         if len(stack) > height:
             continue
-        better: Formula | None = node.with_args(tuple([done[child] for child in node.args]))
-        if better is node:
+        better: Formula | None
+        if same:
             better = _first_rewrite(node, known) if steps > 0 else None
             steps -= 1
+        else:
+            better = node.with_args(tuple([done[child] for child in node.args]))
         if better is None:
             done[node] = node
         else:
