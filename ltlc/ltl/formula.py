@@ -18,11 +18,11 @@ from ltlc.errors import InvalidArgumentError
 T = TypeVar("T")
 
 EVENTUAL, UNIVERSAL, NORMAL, LITERAL = 1, 2, 4, 8
-"""Bits of `Formula.facts`: the shape shows a pure eventuality, a pure universality (`ltlc.ltl.purity`), a formula in
-negation normal form, a proposition or the negation of one."""
+"""Bits of `Formula.facts`: it is seen to be a pure eventuality, a pure universality (see `ltlc.ltl.purity`); it is in
+negation normal form; it is a proposition or the negation of one."""
 SUSPENDABLE = EVENTUAL | UNIVERSAL
-_MARKS = 120
-"""Propositions get so many different marks."""
+_SIGNS = 120
+"""Among more propositions than this, some share a sign for sure, and among a dozen perhaps."""
 
 
 class Formula:
@@ -35,8 +35,8 @@ class Formula:
         args: the operands, left to right.
         size: number of nodes, written out as a tree.
         facts: which of EVENTUAL, UNIVERSAL, NORMAL and LITERAL hold.
-        signs: bits of the literals in a formula in negation normal form, one bit each; others may share it. A constant
-            has all bits.
+        signs: in negation normal form, a bit for each literal that occurs, and all bits if a constant does. Formulas
+            without a common bit have no common literal; with one, they may.
         opposite: the signs of the negation.
     """
 
@@ -191,8 +191,8 @@ class Proposition(Formula):
         key = (cls, str(name))
         node: Self | None = _find(key)
         if node is None:
-            sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _MARKS
-            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MARKS)
+            sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _SIGNS
+            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _SIGNS)
         return node
 
 

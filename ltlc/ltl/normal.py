@@ -49,25 +49,22 @@ def nnf(formula: Formula) -> Formula:
     parse('!a R (b & X !c)')
     """
     done: dict[_Signed, Formula] = {}
-    stack: list[_Signed] = [(formula, True)]
-    waiting: list[tuple[_Signed, type[Formula], list[_Signed]]] = []
+    stack: list[_Signed | None] = [(formula, True)]
+    waiting: list[tuple[_Signed, type[Formula], list[_Signed]]] = []  # for operands, one for each None on the stack
     while stack:
         signed = stack.pop()
-        if signed is _READY:
-            signed, operator, needed = waiting.pop()
-            done[signed] = _rebuild(operator, [done[other] for other in needed])
+        if signed is None:
+            ready, operator, operands = waiting.pop()
+            done[ready] = _rebuild(operator, [done[operand] for operand in operands])
         elif signed not in done:
-            result, needed = _resolve(*signed)
-            if isinstance(result, type):
-                waiting.append((signed, result, needed))
-                stack.append(_READY)
-                stack.extend(needed)
-            else:
+            result, operands = _resolve(*signed)
+            if isinstance(result, Formula):
                 done[signed] = result
+            else:
+                waiting.append((signed, result, operands))
+                stack.append(None)
+                stack.extend(operands)
     return done[formula, True]
-
-
-_READY: _Signed = (TRUE, False)  # on the stack: the operands of the operator that waits last are done; itself never met
 
 
 def negation(formula: Formula, done: dict[Formula, Formula]) -> Formula:
