@@ -345,7 +345,7 @@ def postorder(formula: Formula) -> Iterator[Formula]:
     """Every distinct subformula once, operands before operators, left before right, without recursion."""
     seen: set[Formula] = set()
     stack: list[Formula | None] = [formula]
-    waiting: list[Formula] = []  # operators whose operands are under way, one for each None on the stack
+    waiting: list[Formula] = []  # for their operands, one for each None on the stack
     while stack:
         node = stack.pop()
         if node is None:
@@ -374,20 +374,20 @@ def fold(
         compute: the value of a node.
         within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
     """
-    stack = [formula]
+    stack: list[Formula | None] = [formula]
+    waiting: list[Formula] = []  # for their operands, one for each None on the stack
     while stack:
-        node = stack[-1]
-        if node in done:
-            stack.pop()
-            continue
-        args = node.args if within is None or isinstance(node, within) else ()
-        height = len(stack)
-        for child in args:
-            if child not in done:
-                stack.append(child)
-        if len(stack) == height:
-            done[node] = compute(node, [done[child] for child in args])
-            stack.pop()
+        node = stack.pop()
+        if node is None:
+            node = waiting.pop()
+            done[node] = compute(node, [done[child] for child in node.args])
+        elif node not in done:
+            if node.args and (within is None or isinstance(node, within)):
+                waiting.append(node)
+                stack.append(None)
+                stack.extend(node.args)
+            else:
+                done[node] = compute(node, [])
     return done[formula]
 
 
