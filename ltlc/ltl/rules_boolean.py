@@ -143,8 +143,8 @@ def _merge_groups(
 ) -> Formula | None:
     """Replaces all operands of one form by a single one, where the first of them stood."""
     keys = [form(part) for part in node.args]
-    formed = len(keys) - keys.count(None)
-    if formed < 2 or len(dict.fromkeys(keys)) == formed + (formed < len(keys)):
+    found = [key for key in keys if key is not None]
+    if len(set(found)) == len(found):
         return None
     groups: dict[Key, list[Formula]] = {}
     for key, part in zip(keys, node.args, strict=True):
@@ -204,19 +204,17 @@ def _implied(node: Formula, known: Implications) -> Formula | None:
     connective = type(node)
     conjunction = connective is And
     clash = known.contradict if conjunction else known.exhaust
+
+    def redundant(part: Formula, other: Formula) -> bool:
+        return known.implies(other, part) if conjunction else known.implies(part, other)
+
     kept: list[Formula] = []
     for part in node.args:
-        if conjunction:
-            if any(known.implies(other, part) for other in kept):
-                continue
-            kept = [other for other in kept if not known.implies(part, other)]
-        else:
-            if any(known.implies(part, other) for other in kept):
-                continue
-            kept = [other for other in kept if not known.implies(other, part)]
-        for other in kept:
-            if clash(other, part):
-                return SIDES[connective].zero
+        if any(redundant(part, other) for other in kept):
+            continue
+        kept = [other for other in kept if not redundant(other, part)]
+        if any(clash(other, part) for other in kept):
+            return SIDES[connective].zero
         kept.append(part)
     return connective(*kept) if len(kept) < len(node.args) else None
 
