@@ -12,7 +12,7 @@ from formula_of_node import closure_of, formula_of_node, formula_of_obligation, 
 from random_ltl import random_formula, random_nesting, random_task, random_word
 
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
-from ltlc.automata.compare import equivalent_states
+from ltlc.automata import equivalent_states
 from ltlc.errors import StateLimitExceeded
 from ltlc.ltl import Formula, LassoWord, parse, satisfies
 from ltlc.translate import translate

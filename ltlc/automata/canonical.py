@@ -51,4 +51,4 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
         inf=inf,
         initial_state=0,
         state_names=None if names is None else tuple(names[state] for state in order),
-    )
+    ).keeping_languages(automaton, order)

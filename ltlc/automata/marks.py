@@ -47,7 +47,7 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
                     continue
                 for q in nodes if edges else ():
                     table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
-    return replace(automaton, fin=fin, inf=inf)
+    return replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
 
 
 def components(automaton: RabinAutomaton) -> Iterator[Component]:

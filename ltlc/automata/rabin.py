@@ -18,6 +18,8 @@ import numpy.typing as npt
 from ltlc import graph
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
+from ltlc.automata.languages import equivalent_states
+from ltlc.automata.partition import number_blocks
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError, UnknownNameError
 
 IntArray = npt.NDArray[np.int32]
@@ -95,6 +97,13 @@ class RabinAutomaton:
         object.__setattr__(twin, "translator", translator)
         return twin
 
+    def keeping_languages(self, other: RabinAutomaton, states: Sequence[int] | slice = slice(None)) -> Self:
+        """The automaton itself; its states have the `languages` of these states of another one, if those are known."""
+        known = vars(other).get("languages")
+        if known is not None:
+            vars(self)["languages"] = number_blocks(known[states].tolist())
+        return self
+
     @property
     def n_states(self) -> int:
         """Number of states, deadlock and sinks included."""
@@ -169,6 +178,16 @@ class RabinAutomaton:
     def scc(self) -> list[int]:
         """Strong component of each state, numbered in topological order."""
         return graph.strong_components(self.rows)
+
+    @cached_property
+    def languages(self) -> IntArray:
+        """Shape (n_states,), int32; states with equal entries accept the same words, numbered by their first states."""
+        return equivalent_states(self)
+
+    @property
+    def n_languages(self) -> int:
+        """Number of different `languages`; no deterministic automaton for the same language has fewer states."""
+        return int(self.languages.max()) + 1
 
     @cached_property
     def alphabet(self) -> Alphabet:
