@@ -152,12 +152,10 @@ class RabinAutomaton:
     @cached_property
     def marks(self) -> npt.NDArray[np.int64] | npt.NDArray[np.object_]:
         """Marks as integers, shape as one pair of `fin`: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
-        if self.n_pairs <= 31:
-            bits = np.int64(1) << (2 * np.arange(self.n_pairs))
-            return np.tensordot(bits, self.fin + 2 * self.inf.astype(np.int64), 1)
-        marks = np.zeros(self.fin.shape[1:], dtype=object)
+        kind = np.int64 if self.n_pairs <= 31 else object
+        marks = np.zeros(self.fin.shape[1:], dtype=kind)
         for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
-            marks |= (fin.astype(object) + 2 * inf.astype(object)) << (2 * i)
+            marks |= (fin.astype(kind) | inf.astype(kind) << 1) << (2 * i)
         return marks
 
     @cached_property

@@ -129,11 +129,15 @@ def explore(
 
 def merged(moves: Iterable[tuple[int, int, int]]) -> list[Edge]:
     """One edge per target and marks, in the order in which they first appear; moves are (letters, target, marks)."""
+    return [Edge(letters, target, marks) for (target, marks), letters in _letters_by_move(moves).items()]
+
+
+def _letters_by_move(moves: Iterable[tuple[int, int, int]]) -> dict[tuple[int, int], int]:
     letters_of: dict[tuple[int, int], int] = {}
     for letters, target, marks in moves:
         key = (target, marks)
         letters_of[key] = letters_of.get(key, 0) | letters
-    return [Edge(letters, target, marks) for (target, marks), letters in letters_of.items()]
+    return letters_of
 
 
 def _least_letter(move: tuple[int, object, int]) -> int:
@@ -181,7 +185,7 @@ def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[i
     n_blocks = max(block) + 1
     while True:
         signatures = [
-            (block[q], frozenset(merged([(letters, block[target], marks) for letters, target, marks in out])))
+            (block[q], frozenset(_letters_by_move([(e.letters, block[e.target], e.marks) for e in out]).items()))
             for q, out in enumerate(edges)
         ]
         block = _number(signatures)

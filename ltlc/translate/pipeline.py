@@ -26,7 +26,7 @@ FAIR = ("product",)
 """Tried for obligations with fairness conditions,"""
 LOW = ("product", "safra", "dual-safra")
 """for other Boolean combinations of recurrence and persistence formulas,"""
-HIGH = ("normal-form", "dual-normal-form", "safra", "dual-safra", "product")
+HIGH = ("normal-form", "safra", "dual-safra", "product")
 """and for all other formulas; the first is the one that wins most often."""
 _ROUNDS = (500, 10_000)
 _PATIENCE = 2
@@ -190,11 +190,9 @@ def _smaller(old: Candidate, new: Candidate) -> Candidate:
 
 def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
-    if effort == "best":
-        return HIGH
-    if closure.is_fair_obligation(closure.root):
-        return FAIR
     names = LOW if closure.is_low(closure.root) else HIGH
+    if effort == "default" and closure.is_fair_obligation(closure.root):
+        names = FAIR
     return names[:1] if effort == "fast" else names
 
 
