@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -135,22 +135,21 @@ def reproduce(
     total = steps or experiment.steps
     config = RunConfig(
         setting=Setting(env=experiment.env, initial_label="skip"),
-        agent=DQNConfig(total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
+        hyperparameters=DQNConfig(total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
     )
     run = RunFolder.create(folder, config, recorded_automaton(experiment.automaton), force=True)
     since = time.perf_counter()
-    assert config.setting.model is not None
-    judge = Judge(config.setting.model, run.automaton, run.task.tables, initial_label="skip")
-    assert judge.optimum is not None and judge.maximum is not None  # both are solved here
+    judge = run.judge
+    assert judge is not None and judge.optimum is not None and judge.maximum is not None  # both are solved here
     solved_in = time.perf_counter() - since
     watch = _Watch(judge)
 
-    def look(progress: Progress) -> None:
+    def look(progress: Any) -> None:
         watch.look(progress)
         callback(progress)
 
     result = run.train(callback=look)
-    if result.interrupted:
+    if result.interrupted or result.agent is None:
         return None
     verdict = judge.judge(tabular_policy(result.agent, judge.rewards.mdp))
     report = Report(verdict, judge, None)
@@ -189,7 +188,7 @@ def draw_learned(path: str | os.PathLike[str], outcome: Outcome, *, title: str) 
     """The learned policy on the map, a panel per automaton state (thesis, figures 5.2 and 5.3)."""
     run, verdict = outcome.run, outcome.verdict
     board = board_of(run.config.setting.single)
-    agent = run.agent()
+    agent = run.load()
     assert board is not None
     return draw_policy(
         path,

@@ -16,7 +16,8 @@ import pytest
 from ltlc.agents import DoubleDQN
 from ltlc.agents.pictures import waits_for
 from ltlc.agents.run_folder import RunFolder, default_folder
-from ltlc.cli import reproduce
+from ltlc.agents.tabular import LEARNERS
+from ltlc.cli import reproduce, train
 from ltlc.cli.app import run
 from ltlc.envs import recorded_automaton
 from ltlc.envs.setting import Setting
@@ -25,7 +26,7 @@ from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
 ROOT = Path(__file__).parent.parent
-SMALL = ("--agent", "hidden=[16]", "--agent", "batch_size=16", "--agent", "learning_starts=16")
+SMALL = ("--hyper", "hidden=[16]", "--hyper", "batch_size=16", "--hyper", "learning_starts=16")
 SENSORS = """
     MAP = "SFFFFHFHFFFHHFFG"
 
@@ -48,6 +49,28 @@ SENSORS = """
 LAKE = ("F goal & G !hole", "--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--reward", "zeta-discount")
 POLE = ("G !fallen", "--env", "CartPole-v1", "--labels", "sensors.py:standing", "--num-envs", "2")
 GRID = ("F goal", "--env", "ltlc/Grid-v0")
+SMALL_WORLD = ("--env", "ltlc/Thesis5x5-v0")
+HIDDEN = """
+    import gymnasium
+
+    class Hidden(gymnasium.Env):
+        observation_space = gymnasium.spaces.Discrete(3)
+        action_space = gymnasium.spaces.Discrete(2)
+
+        def reset(self, *, seed=None, options=None):
+            super().reset(seed=seed)
+            self.place = 0
+            return 0, {}
+
+        def step(self, action):
+            self.place = min(self.place + 1, 2) if action == (self.np_random.random() < 0.9) else 0
+            return self.place, 0.0, False, False, {}
+
+    def labels(observation, info):
+        return {"up"} if observation == 2 else set()
+
+    gymnasium.register("Hidden-v0", entry_point=Hidden)
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -113,10 +136,11 @@ class TestTrain:
 
     def test_an_automaton_file_and_the_preset_of_the_thesis(self) -> None:
         assert run(["compile", "F goal", "-o", "task.json"]) == 0
-        preset = ["--config", "thesis", "--agent", "hidden=[8]", "--out", "here", "-q"]
+        preset = ["--config", "thesis", "--hyper", "hidden=[8]", "--out", "here", "-q"]
         assert run(["train", "task.json", "--env", "ltlc/Grid-v0", "--steps", "80", *preset]) == 0
         config = RunFolder.open("here").config
-        assert config.num_envs == 1 and not config.agent.double and config.agent.hidden == (8,)
+        assert config.num_envs == 1 and config.hyperparameters.hidden == (8,)
+        assert config.agent == "double-dqn" and not config.hyperparameters.double
 
     def test_a_run_is_not_overwritten(self, capsys: pytest.CaptureFixture[str]) -> None:
         small = ["--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]
@@ -126,12 +150,12 @@ class TestTrain:
         assert run(["train", *GRID, *small, "--force"]) == 0
         assert run(["train", *GRID, *small, "--resume", "--device", "cpu"]) == 0  # nothing is left to do
         assert run(["train", "F(goal & X goal)", *GRID[1:], *small, "--resume"]) == 2
-        assert "has another formula" in capsys.readouterr().err
+        assert "differs in formula" in capsys.readouterr().err
         assert run(["train", *GRID, *small, "--resume", "--seed", "1"]) == 2
-        assert "has another agent" in capsys.readouterr().err
+        assert "differs in hyperparameters" in capsys.readouterr().err
 
     def test_ctrl_c_and_resume_give_the_same_as_no_interruption(self) -> None:
-        options = ("--steps", "2400", "--num-envs", "2", "--agent", "train_frequency=8", *SMALL)
+        options = ("--steps", "2400", "--num-envs", "2", "--hyper", "train_frequency=8", *SMALL)
         running = process("train", *GRID, *options, "--out", "cut")
         assert running.stdout is not None
         for line in running.stdout:
@@ -144,6 +168,71 @@ class TestTrain:
         assert run(["train", "--resume", "--out", "cut", "--quiet"]) == 0
         assert run(["train", *GRID, *options, "--out", "whole", "--quiet"]) == 0
         assert np.array_equal(q_values("cut"), q_values("whole"))
+
+
+class TestTabular:
+    def test_the_command_names_every_learner(self) -> None:
+        assert tuple(LEARNERS) == train.TABULAR
+
+    @pytest.mark.parametrize("agent", train.TABULAR)
+    def test_a_run_and_its_folder(self, agent: str, capsys: pytest.CaptureFixture[str]) -> None:
+        coarse = ["--hyper", "accuracy=0.2"] if agent in ("fu-topcu", "wang") else []
+        assert run(["train", "F(A & F B)", *SMALL_WORLD, "--agent", agent, "--steps", "40000", *coarse]) == 0
+        out = capsys.readouterr().out
+        assert " steps  P(satisfied) " in out and "optimal for the rewards" in out
+        place = Path(f"runs/f-a-f-b-thesis5x5-v0-{agent}-0")
+        files = {path.name for path in place.iterdir()} - {"dra.svg"}
+        assert files == {
+            "config.json", "dra.json", "metrics.csv", "policy.ltlc", "result.json", "policy.png", "curve.png",
+        }  # fmt: skip
+        result = json.loads((place / "result.json").read_text())
+        assert result["exact"] and result["learned"]["satisfaction"] == pytest.approx(1)
+        assert 0 <= result["regret"] < 0.2
+        assert run(["evaluate", str(place), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
+        before = (place / "policy.ltlc").read_bytes()
+        assert run(["train", "--resume", "--out", str(place), "--json"]) == 0  # nothing is left to do
+        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
+        assert (place / "policy.ltlc").read_bytes() == before
+
+    def test_interruption_leaves_nothing_half_written(self) -> None:
+        options = ("--agent", "q-learning", "--hyper", "report_every=2000", "--num-envs", "2", "--out", "cut")
+        running = process("train", "F A", *SMALL_WORLD, *options, "--steps", "3000000")
+        assert running.stdout is not None
+        for line in running.stdout:
+            if " steps  P(satisfied)" in line:
+                running.send_signal(signal.SIGINT)
+                break
+        _, error = running.communicate(timeout=60)
+        assert running.returncode == 130
+        assert "q-learning keeps no checkpoint. Begin anew with: ltlc train --resume --out cut" in error
+        assert "Traceback" not in error
+        assert {path.name for path in Path("cut").iterdir()} == {"config.json", "dra.json", "metrics.csv"}
+        assert RunFolder.open("cut").metrics()[0]["steps"] >= 2000
+        assert run(["evaluate", "cut"]) == 2
+
+    def test_no_policy(self, capsys: pytest.CaptureFixture[str]) -> None:
+        options = ["--agent", "wang", "--hyper", "accuracy=0.2", "--out", "none"]
+        assert run(["train", "G !A & F A", *SMALL_WORLD, *options]) == 1
+        assert "the learned product has no accepting end component" in capsys.readouterr().err
+        assert json.loads(Path("none/result.json").read_text())["learned"] is None
+        assert run(["evaluate", "none"]) == 2
+        assert "holds no policy" in capsys.readouterr().err
+
+    def test_unknown_dynamics_are_sampled(self, capsys: pytest.CaptureFixture[str]) -> None:
+        hidden = ["--env", "hidden:Hidden-v0", "--labels", "hidden:labels", "--hyper", "accuracy=0.1"]
+        Path("hidden.py").write_text(textwrap.dedent(HIDDEN))
+        options = ["--agent", "wang", "--num-envs", "4", "--out", "coins", "--episode-steps", "40", "--json"]
+        assert run(["train", "F up", *hidden, *options]) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert not result["exact"] and result["learned"]["accepted_without_violation"]["value"] == 1
+        assert not Path("coins/curve.png").exists()
+
+    def test_the_label_of_the_first_observation_can_be_skipped(self, capsys: pytest.CaptureFixture[str]) -> None:
+        start = ["--env", "ltlc/Grid-v0", "--hyper", "accuracy=0.2", "--json", "--agent", "fu-topcu"]
+        for reading, formula in (("read", "!goal & F goal"), ("skip", "X F goal")):
+            assert run(["train", formula, *start, "--initial-label", reading, "--out", reading]) == 0
+            assert json.loads(capsys.readouterr().out)["learned"]["satisfaction"] == pytest.approx(1)
 
 
 @pytest.mark.parametrize(
@@ -167,8 +256,20 @@ class TestTrain:
         ([*LAKE[:-1], "zeta-discont"], "unknown reward scheme 'zeta-discont'. Did you mean zeta-discount"),
         ([*LAKE, "--set", "zetta=0.9"], "Did you mean zeta"),
         ([*LAKE, "--set", "zeta"], "expected KEY=VALUE"),
-        ([*LAKE, "--agent", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
-        ([*LAKE, "--agent", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
+        ([*LAKE, "--hyper", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
+        ([*LAKE, "--hyper", "gamma"], "expected KEY=VALUE"),
+        ([*LAKE, "--agent", "q-lerning"], "unknown agent 'q-lerning'. Did you mean q-learning"),
+        ([*LAKE, "--agent", "sadigh", "--hyper", "hidden=[16]"], "unknown hyperparameter 'hidden'. Known: total_steps"),
+        ([*LAKE, "--agent", "wang", "--hyper", "delta=2"], "delta is 2; it must lie strictly between 0 and 1"),
+        ([*LAKE, "--agent", "wang", "--hyper", "iterations=many"], "iterations is 'many'; it must be a whole number"),
+        ([*LAKE, "--agent", "fu-topcu", "--config", "thesis"], "--config thesis is for the agent 'double-dqn'"),
+        ([*LAKE, "--agent", "fu-topcu", "--device", "cpu"], "tables stay in main memory"),
+        ([*POLE, "--agent", "q-learning"], "tabular learning needs observations that are discrete"),
+        (
+            ["FG A | FG B", "--env", "ltlc/Thesis5x5-v0", "--reward", "zeta-discount", "--agent", "fu-topcu"],
+            "leave the choice of a Rabin pair to the policy",
+        ),
+        ([*LAKE, "--hyper", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
         ([*LAKE, "--env-set", "colour=3"], "FrozenLake-v1 cannot be made"),
         ([*LAKE, "--device", "gpu7"], "PyTorch cannot use the device 'gpu7'"),
         ([*LAKE, "--out", "sensors.py"], "sensors.py is a file"),
@@ -196,12 +297,12 @@ def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
     }
     damages = [
         ("policy.ltlc", content["policy.ltlc"][:-100], "policy is damaged"),
-        ("policy.ltlc", None, "holds no policy yet"),
+        ("policy.ltlc", None, "holds no policy"),
         ("dra.json", content["dra.json"][:50], "dra.json"),
         ("dra.json", None, "dra.json is missing"),
         ("config.json", b"{", "config.json is not the configuration of a run"),
-        ("config.json", b'{"format": 1}', "is missing"),
-        ("config.json", content["config.json"].replace(b'"format": 1', b'"format": 9'), "this version reads format 1"),
+        ("config.json", b'{"format": 2}', "is missing"),
+        ("config.json", content["config.json"].replace(b'"format": 2', b'"format": 9'), "this version reads format 2"),
         ("config.json", None, "no run folder"),
     ]
     for name, damaged, message in damages:

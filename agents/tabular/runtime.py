@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -186,7 +187,7 @@ def _run(system: str, world: str, judge: _Judge, seed: int) -> Learned:
     def callback(learned: Learned) -> bool:
         return judge.look(learned.policy, learned.seconds)
 
-    return learner.train(env, learner.config, seed=seed, callback=callback)
+    return learner.train(env, dataclasses.replace(learner.config, seed=seed), callback=callback)
 
 
 def _run_dqn(world: str, judge: _Judge, seed: int) -> Learned:

@@ -35,7 +35,7 @@ def evaluate(
     if episodes < 2:
         raise InvalidArgumentError(f"--episodes is {episodes}; at least 2 are needed for an interval")
     folder = import_module("ltlc.agents.run_folder").RunFolder.open(run)
-    verdict = import_module("ltlc.agents.conclude").judge_run(folder, folder.agent(), episodes=episodes, seed=seed)
+    verdict = import_module("ltlc.agents.conclude").judge_run(folder, folder.load(), episodes=episodes, seed=seed)
     if json_:
         print(json.dumps(verdict.to_dict(), ensure_ascii=False, indent=2))
         return
