@@ -8,7 +8,8 @@ import numpy as np
 
 from ltlc.mdp.verdict import Judge
 
-from .pictures import Curve, board_of, draw_curves, draw_policy
+from .curves import Curve, draw_curves
+from .pictures import board_of, draw_policy
 from .report import Report, report, tabular_policy
 from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
 from .systems import DOUBLE_DQN, Agent
@@ -56,13 +57,15 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
     rows = [row for row in run.metrics() if row.get(column) is not None]
     if not rows:
         return None
-    steps, returns = (np.array([row[key] for row in rows], dtype=np.float64) for key in ("steps", column))
+    planned = len(rows) > 1 and len({row["steps"] for row in rows}) == 1  # all in the learned model
+    axis, x_label = ("seconds", "seconds of learning and planning") if planned else ("steps", "environment steps")
+    x, returns = (np.array([row[key] for row in rows], dtype=np.float64) for key in (axis, column))
     title = run.task.formula or run.config.setting.env
     return draw_curves(
         run.path / CURVE_PICTURE,
-        [Curve(name, steps, returns, best)],
+        [Curve(name, x, returns, best)],
         title=title,
-        x_label="environment steps",
+        x_label=x_label,
         y_label=label,
         window=max(len(rows) // 20, 1) if run.config.agent == DOUBLE_DQN else 1,
     )
@@ -75,6 +78,7 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
     policy = tabular_policy(agent, judge.rewards.mdp)
     goes_by_rewards = run.config.agent == DOUBLE_DQN or LEARNERS[run.config.agent].uses_rewards
     rewards = f" with the rewards '{run.config.reward}'" if goes_by_rewards else ""
+    likely = "" if policy.ndim == 2 else "; the most probable actions"
     return draw_policy(
         run.path / POLICY_PICTURE,
         board,
@@ -82,7 +86,7 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
         run.automaton,
         run.task.tables,
         title=run.task.formula or "policy",
-        subtitle=f"learned by {run.config.agent} in {run.config.setting.env}{rewards}",
+        subtitle=f"learned by {run.config.agent} in {run.config.setting.env}{rewards}{likely}",
         reached=judge.reached,
         classes=judge.letter_classes,
     )

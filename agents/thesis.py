@@ -1,4 +1,4 @@
-"""The experiments of the thesis, chapter 5: its recorded automata, its rewards, its worlds; our agent and the judge.
+"""The case studies of the thesis, chapter 5: its recorded automata, its rewards, its worlds; our agent and the judge.
 
 What the thesis leaves out of its word (the label of the first state) is left out here, a violation leads back to the
 state before it, and reaching an accepting state ends the episode.
@@ -23,7 +23,8 @@ from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
 
 from .config import DQNConfig
-from .pictures import Curve, board_of, draw_curves, draw_policy
+from .curves import Curve, draw_curves
+from .pictures import board_of, draw_policy
 from .report import Report, tabular_policy
 from .run_folder import RunConfig, RunFolder
 from .train import Progress
@@ -48,10 +49,6 @@ class Experiment(NamedTuple):
     """environment steps of our training."""
     hours: float
     """of the thesis' training, on a Tesla K80."""
-    amec_hours: str | None = None
-    """of the method with accepting maximal end components that the thesis compares with (table 5.1)."""
-    states: int | None = None
-    """of the product, by the thesis (table 5.2)."""
 
     @property
     def env(self) -> str:
@@ -68,14 +65,8 @@ EXPERIMENTS: Mapping[str, Mapping[str, Experiment]] = MappingProxyType({
         "static": Experiment("case study II, static", "phi_2", "10x10", False, 600_000, 14.0),
         "dynamic": Experiment("case study II, dynamic", "phi_2", "10x10", True, 600_000, 17.0),
     },
-    "runtime": {
-        "phi_3-5x5": Experiment("phi_3, 5x5", "phi_3", "5x5", False, 60_000, 0.33, "0.22", 100),
-        "phi_3-10x10": Experiment("phi_3, 10x10", "phi_3", "10x10", False, 150_000, 3.5, ">25", 400),
-        "phi_4-5x5": Experiment("phi_4, 5x5", "phi_4", "5x5", False, 150_000, 3.0, "8", 375),
-        "phi_4-10x10": Experiment("phi_4, 10x10", "phi_4", "10x10", False, 300_000, 9.0, ">25", 1500),
-    },
 })  # fmt: skip
-"""the experiments of each section of chapter 5, by variant."""
+"""the experiments of sections 5.1 and 5.2, by variant; section 5.3 is `ltlc.agents.runtime`."""
 
 
 @dataclass(frozen=True)

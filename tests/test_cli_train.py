@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ltlc.agents import DoubleDQN
+from ltlc.agents import DoubleDQN, runtime
 from ltlc.agents.pictures import waits_for
 from ltlc.agents.run_folder import RunFolder, default_folder
 from ltlc.agents.tabular import LEARNERS
@@ -364,10 +364,20 @@ class TestReproduce:
         }
 
     def test_run_time_comparison(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(reproduce, "QUICK", 3000)
+        monkeypatch.setattr(runtime, "CASES", [("10x10", "phi_3"), ("5x5", "phi_4")])
+        monkeypatch.setattr(runtime, "AGENTS", ("sadigh", "fu-topcu"))
         assert run(["reproduce", "runtime", "--quick", "--out", "here"]) == 0
         out = capsys.readouterr().out
-        assert ">25 h (AMEC)" in out and "table 5.2" in out
+        assert "(table 5.1)" in out and ">25 h" in out and "(table 5.2)" in out and "375" in out
+        assert Path("here/runtime.png").read_bytes().startswith(b"\x89PNG")
+        monkeypatch.setattr(runtime, "SECONDS", 0.0)
+        assert run(["reproduce", "runtime", "--seeds", "2", "--json", "--out", "here"]) == 0
+        rows = json.loads(capsys.readouterr().out)
+        assert [row["thesis_product_states"] for row in rows] == [400, 400, 375, 375]
+        assert all(row["runs"] == 2 and row["reached"] < 2 for row in rows[:2])
+
+    def test_case_2(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(reproduce, "QUICK", 3000)
         assert run(["reproduce", "case2", "--dynamic", "--quick", "--out", "there", "--json"]) == 0
         (entry,) = json.loads(capsys.readouterr().out)
         assert entry["thesis_hours"] == 17.0
