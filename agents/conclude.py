@@ -1,11 +1,15 @@
-"""The end of a training run: the verdict, and the pictures."""
+"""The end of a training run: the verdict, the pictures, and files for other judges."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl import parse
+from ltlc.mdp import Exported, export_checkable, induced_process, with_sure_labels
 from ltlc.mdp.verdict import Judge
 
 from .curves import Curve, draw_curves
@@ -33,6 +37,25 @@ def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 
         return report(agent, judge, env, episodes=episodes, seed=seed)
     finally:
         env.close()
+
+
+def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> Exported:
+    """Write what a run has learned as a Markov chain that PRISM or Storm can check, with the formula.
+
+    Raises:
+        InvalidArgumentError: the dynamics of the environment or the formula are not known, or a proposition cannot be
+            the name of a label in PRISM.
+        OSError: a file cannot be written.
+    """
+    place, formula = run.config.setting, run.task.formula
+    if place.model is None:
+        raise InvalidArgumentError(f"the dynamics of {place.env} are not known, so there is no Markov chain to write")
+    if formula is None:
+        raise InvalidArgumentError("the automaton of the run has no formula that another program could check")
+    sure, origin = with_sure_labels(place.model)
+    judge = Judge(sure, run.automaton, run.task.tables, initial_label=place.initial_label)
+    chain = induced_process(judge.words, judge.on_words(tabular_policy(agent, place.model)[origin]))
+    return export_checkable(chain, parse(formula), folder, "policy", initial_label=place.initial_label)
 
 
 def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:

@@ -132,11 +132,19 @@ class Judge:
         Raises:
             InvalidArgumentError: the policy is of another shape.
         """
+        return satisfaction_probability(self.words, self.on_words(policy)).probability
+
+    def on_words(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
+        """A policy as one on the states of `words`.
+
+        Raises:
+            InvalidArgumentError: the policy is of another shape.
+        """
         given = np.asarray(policy)
         sink: npt.NDArray[Any] = self._any_action[:, None]  # after a violation nothing matters any more
         if given.ndim == 3:
             sink = np.eye(given.shape[2])[sink]
-        return satisfaction_probability(self.words, self.words.lift(np.concatenate((given, sink), axis=1))).probability
+        return self.words.lift(np.concatenate((given, sink), axis=1))
 
     def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
         """The verdict on a policy.
