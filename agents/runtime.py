@@ -120,7 +120,7 @@ def runtime_comparison(
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, section 5.3. The
         5x5 world is not recorded there, nor whether motion was noisy; here it is, as in the case studies.
     """
-    wanted = AGENTS if systems is None else systems
+    wanted = tuple(AGENTS) if systems is None else systems
     for system in wanted:
         if system not in AGENTS:
             raise UnknownNameError("system", system, AGENTS)

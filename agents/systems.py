@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from ltlc.envs import LTLVectorWrapper
@@ -22,13 +23,31 @@ from .tabular.registry import LEARNERS
 from .tabular.run import TableProgress, check_learner, train_learner
 from .train import CHECKPOINT_FILE, POLICY_FILE, Progress, train
 
-DOUBLE_DQN = "double-dqn"
-AGENTS = (DOUBLE_DQN, *LEARNERS)
-"""names of all agents."""
-
 Agent = DoubleDQN | TablePolicy
 Hyperparameters = DQNConfig | LearnerConfig
 Callback = Callable[[Progress | TableProgress], None]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What there is to say of an agent."""
+
+    description: str
+    """one sentence."""
+    citation: str
+    defaults: Hyperparameters
+
+
+DOUBLE_DQN = "double-dqn"
+AGENTS: Mapping[str, Entry] = MappingProxyType({
+    DOUBLE_DQN: Entry(
+        "A network of the values of the rewards, from replayed steps that teach every automaton state.",
+        "H. van Hasselt, A. Guez, D. Silver, AAAI 2016, doi 10.1609/aaai.v30i1.10295",
+        DQNConfig(),
+    ),
+    **{name: Entry(learner.description, learner.citation, learner.config) for name, learner in LEARNERS.items()},
+})  # fmt: skip
+"""all agents by name."""
 
 
 @dataclass(frozen=True)
@@ -56,12 +75,10 @@ def hyperparameters(agent: str, values: Mapping[str, Any]) -> Hyperparameters:
         UnknownNameError: there is no such agent or hyperparameter.
         InvalidArgumentError: a value is out of range.
     """
-    if agent == DOUBLE_DQN:
-        return DQNConfig.from_dict(dict(values))
-    if agent not in LEARNERS:
+    if agent not in AGENTS:
         raise UnknownNameError("agent", agent, AGENTS)
-    default = LEARNERS[agent].config
-    return type(default).from_dict(default.to_dict() | dict(values))
+    defaults = AGENTS[agent].defaults
+    return type(defaults).from_dict(defaults.to_dict() | dict(values))
 
 
 def check(env: LTLVectorWrapper, config: Hyperparameters) -> None:

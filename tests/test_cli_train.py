@@ -19,7 +19,7 @@ from ltlc.agents import DoubleDQN, runtime
 from ltlc.agents.pictures import waits_for
 from ltlc.agents.run_folder import RunFolder, default_folder
 from ltlc.agents.tabular import LEARNERS
-from ltlc.cli import reproduce, train
+from ltlc.cli import reproduce
 from ltlc.cli.app import run
 from ltlc.envs import recorded_automaton
 from ltlc.envs.setting import Setting
@@ -173,10 +173,7 @@ class TestTrain:
 
 
 class TestTabular:
-    def test_the_command_names_every_learner(self) -> None:
-        assert tuple(LEARNERS) == train.TABULAR
-
-    @pytest.mark.parametrize("agent", train.TABULAR)
+    @pytest.mark.parametrize("agent", LEARNERS)
     def test_a_run_and_its_folder(self, agent: str, capsys: pytest.CaptureFixture[str]) -> None:
         coarse = ["--hyper", "accuracy=0.2"] if agent in ("fu-topcu", "wang") else []
         assert run(["train", "F(A & F B)", *SMALL_WORLD, "--agent", agent, "--steps", "40000", *coarse]) == 0

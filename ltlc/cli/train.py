@@ -19,8 +19,6 @@ from ltlc.errors import InvalidArgumentError
 if TYPE_CHECKING:
     from ltlc.automata import RabinAutomaton
 
-TABULAR = ("q-learning", "double-q-learning", "fu-topcu", "sadigh", "wang")
-
 
 def train(
     formula: Annotated[
@@ -38,10 +36,9 @@ def train(
     on_deadlock: setting.OnDeadlock = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
-    agent: Annotated[
-        str,
-        typer.Option("--agent", metavar="NAME", help="double-dqn, or a tabular learner: " + ", ".join(TABULAR) + "."),
-    ] = "double-dqn",
+    agent: Annotated[str, typer.Option("--agent", metavar="NAME", help="What learns: a name from 'ltlc agents'.")] = (
+        "double-dqn"
+    ),
     hyper: Annotated[
         list[str] | None,
         typer.Option("--hyper", metavar="KEY=VALUE", help="A hyperparameter of the agent. May be repeated."),
@@ -184,16 +181,22 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
         what = kept if run.keeps_checkpoints else anew
         return complain(f"interrupted after {result.steps} of {total} steps; {what}", code=130)
     if result.agent is None:
-        run.write_result({"steps": result.steps, "seconds": round(result.seconds, 3), "learned": None})
+        seconds = round(result.seconds, 3)
+        run.write_result({"agent": run.config.agent, "steps": result.steps, "seconds": seconds, "learned": None})
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
     verdict = conclude.judge_run(run, result.agent)
-    values = {"steps": result.steps, "seconds": round(result.seconds, 3), **verdict.to_dict()}
+    values = {
+        "agent": run.config.agent,
+        "steps": result.steps,
+        "seconds": round(result.seconds, 3),
+        **verdict.to_dict(),
+    }
     run.write_result(values)
     pictures = conclude.draw_run(run, result.agent, verdict.judge)
     if json_:
         print(json.dumps({"folder": str(run.path), **values}, ensure_ascii=False, indent=2))
     elif not quiet:
-        print(f"{result.steps} steps in {result.seconds:.1f} s")
+        print(f"{result.steps} steps in {result.seconds:.1f} s{result.message and f'; {result.message}'}")
         print_figures(verdict.lines(), headings(verdict))
         print(f"Pictures: {', '.join(map(str, pictures))}")
     return 0
