@@ -82,7 +82,7 @@ def train_q_learning(
         over = experience.steps >= config.total_steps
         if over or experience.steps // config.report_every > reported:
             reported = experience.steps // config.report_every
-            learned = learner.learned(watch, "all steps were made" if over else "")
+            learned = learner.learned(watch)
             if watch.report(callback, learned) or over:
                 return learned
 
@@ -121,15 +121,16 @@ class _QLearner:
         weight = min(len(batch.state) / self.config.averaging_steps, 1.0)
         self.average += weight * (sum(self.q) / len(self.q) - self.average)
 
-    def learned(self, watch: Stopwatch, message: str) -> Learned:
+    def learned(self, watch: Stopwatch) -> Learned:
         """The greedy policy."""
         state, q = self.first
+        visited = int(self.visited.sum())
         return Learned(
             policy=np.asarray(self.average.argmax(axis=1)),
-            message=message,
+            message=f"{visited} product states visited",
             steps=self.experience.steps,
             seconds=watch.seconds,
-            product_states=int(self.visited.sum()),
+            product_states=visited,
             accepting_components=None,
             value=float(self.average[state, :, q].max(axis=1).mean()),
         )

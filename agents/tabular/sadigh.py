@@ -98,10 +98,11 @@ def train_sadigh(
         learned_mdp = model.labelled_mdp()
         sizes = [pair.learn(experience.reward_product(learned_mdp, pair.tables)) for pair in pairs]
         best = max(pairs, key=lambda pair: pair.start_value)
+        chosen = f"; Rabin pair {best.index} of {len(pairs)} is worth most" if len(pairs) > 1 else ""
         over = experience.steps >= config.total_steps
         learned = Learned(
             policy=best.policy.copy(),
-            message=f"Rabin pair {best.index} of {len(pairs)} is worth most",
+            message=f"{max(sizes)} product states in the model{chosen}",
             steps=experience.steps,
             seconds=watch.seconds,
             product_states=max(sizes),

@@ -37,7 +37,7 @@ _RESERVED = (
     "true U W"
 )
 """words that PRISM does not take as names of actions."""
-_STATE = re.compile(r"(?:\((?P<row>\d+), (?P<column>\d+)\)|(?P<s>\d+))(?:, letter (?P<letter>\d+))?(?:, q(?P<q>\d+))?")
+_STATE = re.compile(r"(?:\((?P<row>\d+), ?(?P<column>\d+)\)|(?P<s>\d+))(?:, letter (?P<letter>\d+))?(?:, q(?P<q>\d+))?")
 """names of states that say their variables: a cell or a number, the letter drawn there, the state of an automaton."""
 
 
