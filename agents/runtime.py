@@ -225,7 +225,8 @@ def _run_dqn(world: str, referee: _Referee, seed: int) -> _Run:
         judging += time.perf_counter() - before
         return stop
 
-    result = train(env, DQNConfig(seed=seed), callback=callback)
+    network = DQNConfig(hidden=(256,), total_steps=1_000_000, seed=seed)
+    result = train(env, network, callback=callback)
     if result.interrupted:
         raise KeyboardInterrupt
     return _Run(result.seconds - judging, result.steps)

@@ -47,8 +47,7 @@ class TableRow:
         """The row for a person."""
         if self.satisfaction is None or self.discounted_return is None:
             return self.message or f"own estimate {self.value:.4g}"
-        exact = f"P(satisfied) {self.satisfaction:.4g}  return {self.discounted_return:.4g}"
-        return f"{exact}  {self.message}".rstrip()
+        return f"P(satisfied) {self.satisfaction:.4g}  return {self.discounted_return:.4g}"
 
 
 @dataclass(frozen=True)
