@@ -27,7 +27,7 @@ def compare(folder: Path, seeds: int | None, quick: bool, json_: bool) -> int:
     try:
         rows = runtime.runtime_comparison(quick=quick, seeds=chosen, progress=show)
     except KeyboardInterrupt:
-        return complain("interrupted; nothing was written", code=130)
+        return complain("interrupted before the tables were complete", code=130)
     drawn = picture.draw_runtime(folder / "runtime.png", rows)
     if json_:
         print(json.dumps([row.to_dict() for row in rows], indent=2))
