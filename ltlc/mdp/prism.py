@@ -206,12 +206,12 @@ def to_prism_language(mdp: LabelledMDP) -> str:
     lines += [
         f"  {name} : [0..{high}] init {first};" for name, high, first in zip(names, highest, values[start], strict=True)
     ]
-    here = [" & ".join(f"{name}={v}" for name, v in zip(names, row, strict=True)) for row in values.tolist()]
-    there = [" & ".join(f"({name}'={v})" for name, v in zip(names, row, strict=True)) for row in values.tolist()]
+    rows = values.tolist()
+    here = [" & ".join(f"{name}={v}" for name, v in zip(names, row, strict=True)) for row in rows]
     for choice, (state, action) in enumerate(zip(base.choice_state.tolist(), base.choice_action.tolist(), strict=True)):
         entries = slice(matrix.indptr[choice], matrix.indptr[choice + 1])
         to = zip(matrix.indices[entries].tolist(), matrix.data[entries].tolist(), strict=True)
-        branches = " + ".join(f"{p!r} : {there[target]}" for target, p in to)
+        branches = " + ".join(f"{p!r} : {_update(names, rows[state], rows[target])}" for target, p in to)
         lines.append(f"  [{actions[action]}] {here[state]} -> {branches};")
     lines += ["endmodule", ""]
     for bit, name in enumerate(mdp.aps):
@@ -238,6 +238,12 @@ def _variables(mdp: LabelledMDP) -> tuple[tuple[str, ...], IntArray]:
             if len(np.unique(values, axis=0)) == mdp.n_states:
                 return names, values
     return ("s",), np.arange(mdp.n_states)[:, None]
+
+
+def _update(names: tuple[str, ...], before: list[int], after: list[int]) -> str:
+    """What changes from one state to the next, as PRISM writes it."""
+    changes = [f"({name}'={new})" for name, old, new in zip(names, before, after, strict=True) if old != new]
+    return " & ".join(changes) or "true"
 
 
 def _states_text(names: tuple[str, ...], values: IntArray) -> str:
