@@ -190,7 +190,7 @@ def _smaller(old: Candidate, new: Candidate) -> Candidate:
 
 def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
-    names = LOW if closure.is_low(closure.root) else HIGH
+    names: tuple[str, ...] = LOW if closure.is_low(closure.root) else HIGH
     if effort == "default" and closure.is_fair_obligation(closure.root):
         names = FAIR
     return names[:1] if effort == "fast" else names
