@@ -35,8 +35,9 @@ def settled(automaton: RabinAutomaton) -> RabinAutomaton:
 
     One deadlock and one accepting sink remain at most.
     """
-    result = merge_equivalent(merge_bisimilar(canonical(automaton)))
-    result = simplify_marks(canonical(merge_bisimilar(result)))
+    result = canonical(automaton)
+    merged = merge_bisimilar(merge_equivalent(merge_bisimilar(result)))
+    result = simplify_marks(result if merged is result else canonical(merged))
     while True:
         merged = merge_bisimilar(result)
         if merged is result:

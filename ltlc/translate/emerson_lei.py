@@ -50,7 +50,7 @@ class EmersonLei:
         """Number of states."""
         return len(self.edges)
 
-    @property
+    @cached_property
     def is_weak(self) -> bool:
         """Whether each strong component accepts all of its runs or none."""
         return all(condition in (ALWAYS, NEVER) for condition in self.acceptance)

@@ -27,7 +27,7 @@ from ltlc.automata.alphabet import truth_column
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, merged, negation
+from ltlc.translate.emerson_lei import ALWAYS, Acceptance, Edge, EmersonLei, explore, holds, merged, negation
 from ltlc.translate.letters import Letters
 
 _MAX_CYCLE_NODES = 2000
@@ -216,6 +216,13 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
     With `parity`, the second way is taken wherever it can be: its marks form chains, which suits marks on states.
     """
     component = automaton.component
+    if automaton.is_weak:
+        accepting = [condition == ALWAYS for condition in automaton.acceptance]
+        weak_edges = [
+            [Edge(e.letters, e.target, accepting[q] and component[e.target] == component[q]) for e in out]
+            for q, out in enumerate(automaton.edges)
+        ]
+        return _as_arrays(weak_edges, 1, letters)
     memories: list[Memory] = [
         _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
     ]
