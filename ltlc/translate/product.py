@@ -107,9 +107,7 @@ class _Product:
     def condition(self, state: ProductState) -> Acceptance:
         """The acceptance condition while the skeleton and the components' strong components stay as they are."""
         skeleton, states = state
-        conditions = {
-            i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(_mentioned(skeleton))
-        }
+        conditions = {i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(_mentioned(skeleton))}
         key = (skeleton, tuple(conditions.items()))
         known = self._condition.get(key)
         if known is None:
