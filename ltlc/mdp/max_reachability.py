@@ -10,7 +10,9 @@ import numpy as np
 from ltlc.errors import InvalidArgumentError, LimitExceeded
 from ltlc.mdp.chain import MarkovChain
 from ltlc.mdp.end_components import maximal_end_components
-from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
+from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, ranges
+from ltlc.mdp.induction import Race
+from ltlc.mdp.parts import parts
 from ltlc.mdp.policy_iteration import improve
 from ltlc.mdp.quotient import collapse
 from ltlc.mdp.reachability import almost_sure_region, approach, attractor
@@ -81,7 +83,9 @@ def max_reachability(
         components = maximal_end_components(mdp, within)
         quotient = collapse(mdp, components, open_states)
         gain = mdp.expect(sure.astype(np.float64))[quotient.original]
-        bounds = _solve(quotient.mdp, gain, method, precision, max_iterations)
+        lose = (mdp.leak + mdp.expect((~possible).astype(np.float64)))[quotient.original]
+        race = Race(quotient.mdp, gain, lose).without_loops()
+        bounds = _solve(race, method, precision, max_iterations)
         block = quotient.block[open_states]
         lower[open_states], upper[open_states], value[open_states] = (b[block] for b in bounds[:3])
         choice = np.where(open_states, quotient.expand(bounds[3], mdp, components), choice)
@@ -89,13 +93,13 @@ def max_reachability(
 
 
 def _solve(
-    mdp: ExplicitMDP, gain: FloatArray, method: Method, precision: float, max_iterations: int
+    race: Race, method: Method, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Lower bound, upper bound, estimate and choices for v = max over choices of gain + matrix v."""
+    """Lower bound, upper bound, estimate and choices."""
+    mdp, gain = race.mdp, race.gain
     lower, upper = np.zeros(mdp.n_states), np.ones(mdp.n_states)
     if method != "interval":
-        solve = _by_policy_iteration if mdp.n_states <= LINEAR_SOLVE_LIMIT else _by_sweeps
-        value, chosen, lower, upper = solve(mdp, gain)
+        lower, upper, value, chosen = _by_policies(race)
         if method == "auto" and (upper - lower).max() > precision:
             rounds = min(max_iterations, _CLOSING_ROUNDS)
             lower, upper = interval_iteration(mdp, gain, lower, upper, precision, rounds)
@@ -127,40 +131,61 @@ def interval_iteration(
     return bounds[:, 0], bounds[:, 1]
 
 
-def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
-    """Values, choices, and bounds around the values that one Bellman step provably moves inwards.
+def _by_policies(race: Race) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+    """Lower bound, upper bound, estimate and choices, one part of the process after the other.
 
-    The solution for a gain that is smaller by c in every choice rises by c in a Bellman step of the true gain, so it is
-    a lower bound; likewise from above. The step is checked with half of c to spare, far more than it can round by. The
-    smaller gain also keeps the policy from dawdling for ever for the sake of rounding errors. Where no bound is proved,
-    it is 0 or 1: so it is where some policies take some 1e10 steps to get anywhere.
+    Policy iteration with a gain that is smaller by a margin in every choice does not dawdle for ever for the sake of
+    rounding errors. Its value rises in a step of the true process, so it is a lower bound. The value of its policy is
+    where the search for an upper bound begins.
     """
+    mdp, gain = race.mdp, race.gain
+    lower, value, upper = np.zeros(mdp.n_states), np.zeros(mdp.n_states), np.zeros(mdp.n_states)
+    chosen = np.zeros(mdp.n_states, dtype=np.int32)
+    for states in parts(mdp):
+        part, rows = mdp, np.arange(mdp.n_choices)
+        if len(states) < mdp.n_states:
+            part, rows = _part(mdp, states)
+        entering = mdp.matrix[rows] if part is not mdp else mdp.matrix
+        local_gain = gain[rows] + entering @ value
+        solve = _by_policy_iteration if part.n_states <= LINEAR_SOLVE_LIMIT else _by_sweeps
+        slacked, picked, exact = solve(part, local_gain)
+        above = float((upper - value).max())
+        below = float((value - lower).max())
+        chosen[states] = rows[picked]
+        value[states] = exact
+        lower[states] = np.clip(slacked - below, 0.0, 1.0)
+        if not race.sinks_nowhere(lower, chosen[states]):
+            lower[states] = 0.0
+        for quantum in _QUANTA:
+            upper[states] = exact + above
+            if race.raised(upper, states, quantum, _MOST_RAISES):
+                break
+        else:
+            upper[states] = 1.0
+    return lower, upper, value, chosen
+
+
+def _part(mdp: ExplicitMDP, states: IntArray) -> tuple[ExplicitMDP, IntArray]:
+    """The process on some of its states, left by entering another one, and which choices it has."""
+    count = np.diff(mdp.choice_start)[states]
+    rows = ranges(mdp.choice_start[states], count)
+    matrix = mdp.matrix[rows][:, states]
+    leak = np.clip(1 - np.asarray(matrix.sum(axis=1)).ravel(), 0.0, 1.0)
+    start = np.concatenate(([0], np.cumsum(count)))
+    return ExplicitMDP(matrix, start, mdp.choice_action[rows], mdp.initial[states], leak=leak), rows
+
+
+def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Values that rise in a step, choices, and the values of those choices."""
     start, _ = _swept(mdp, gain - 4 * _ROUGH, _first_policy(mdp, gain), _ROUGH)
-    lower, chosen, _ = improve(mdp, gain - _MARGIN, start)
-    value = MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
-    upper: FloatArray = np.ones(mdp.n_states)
-    try:
-        candidate, _, _ = improve(mdp, gain + _MARGIN, chosen, _PROOF_ROUNDS)
-    except LimitExceeded:
-        pass
-    else:
-        if (mdp.best(gain + mdp.matrix @ candidate) <= candidate - _MARGIN / 2).all():
-            upper = np.clip(candidate, 0.0, 1.0)
-    if not ((gain + mdp.matrix @ lower)[chosen] >= lower + _MARGIN / 2).all():
-        lower = np.zeros(mdp.n_states)
-    return value, chosen, np.clip(lower, 0.0, 1.0), upper
+    slacked, chosen, _ = improve(mdp, gain - _MARGIN, start)
+    return slacked, chosen, MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
 
 
-def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
     """The same by modified policy iteration; the margin leaves room for what the sweeps have not converged to."""
-    chosen, lower = _swept(mdp, gain - 4 * _SWEPT, _first_policy(mdp, gain), _SWEPT)
-    value = _evaluated(mdp, gain[chosen], chosen, lower, _SWEPT, _MOST_SWEEPS)
-    _, upper = _swept(mdp, gain + 4 * _SWEPT, chosen, _SWEPT, value, _PROOF_ROUNDS)
-    if not ((gain + mdp.matrix @ lower)[chosen] >= lower + _SWEPT).all():
-        lower = np.zeros(mdp.n_states)
-    if not (mdp.best(gain + mdp.matrix @ upper) <= upper - _SWEPT).all():
-        upper = np.ones(mdp.n_states)
-    return value, chosen, np.clip(lower, 0.0, 1.0), np.clip(upper, 0.0, 1.0)
+    chosen, slacked = _swept(mdp, gain - 4 * _SWEPT, _first_policy(mdp, gain), _SWEPT)
+    return slacked, chosen, _evaluated(mdp, gain[chosen], chosen, slacked, _SWEPT / 10, _MOST_SWEEPS)
 
 
 def _swept(
@@ -213,5 +238,6 @@ _SWEPT = 1e-12
 _SWEEPS = 25
 _MOST_SWEEPS = 10_000
 _MARGIN = 1e-13
-_PROOF_ROUNDS = 50
+_QUANTA = (2.0**-46, 2.0**-38, 2.0**-30)
+_MOST_RAISES = 400
 _CLOSING_ROUNDS = 300
