@@ -157,8 +157,8 @@ def _by_policies(race: Race) -> tuple[FloatArray, FloatArray, FloatArray, IntArr
         lower[states] = np.clip(slacked - below, 0.0, 1.0)
         if not race.sinks_nowhere(lower, chosen[states]):
             lower[states] = 0.0
-        for quantum in _QUANTA:
-            upper[states] = exact + above
+        for quantum in _QUANTA:  # by linearity this is the value of the policy when each step gains 4 quanta
+            upper[states] = exact + above + (exact - slacked) * (4 * quantum / _MARGIN)
             if race.raised(upper, states, quantum, _MOST_RAISES):
                 break
         else:
@@ -185,22 +185,22 @@ def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray
 
 def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
     """The same by modified policy iteration, which need not settle which of the nearly best choices is best."""
-    slack_gain = gain - _SWEPT
+    slack_gain = gain - _MARGIN
     door = mdp.best(gain) > 0
     order = np.argsort(distance_to(mdp, door), kind="stable")
     chosen, slacked = _first_policy(mdp, gain), np.zeros(mdp.n_states)
     for _ in range(_MOST_ROUNDS):
         chain = GaussSeidel(mdp.matrix[chosen], order)
-        slacked, _ = chain.run(slack_gain[chosen], slacked, _SWEPT / 8, _SWEEPS)
+        slacked, _ = chain.run(slack_gain[chosen], slacked, _MARGIN / 8, _SWEEPS)
         choice_value = slack_gain + mdp.matrix @ slacked
         best, own = mdp.best(choice_value), choice_value[chosen]
         if (best - np.minimum(own, slacked)).max() <= _NEAR:
             break
-        chosen = np.where(best > own + _SWEPT, mdp.greedy(choice_value), chosen)
-    slacked, settled = chain.run(slack_gain[chosen], slacked, _SWEPT / 8, _MOST_SWEEPS)
+        chosen = np.where(best > own + _MARGIN, mdp.greedy(choice_value), chosen)
+    slacked, settled = chain.run(slack_gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
     if not settled:
         slacked = solve(mdp.matrix[chosen], slack_gain[chosen])
-    value, settled = chain.run(gain[chosen], slacked, _SWEPT / 8, _MOST_SWEEPS)
+    value, settled = chain.run(gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
     return slacked, chosen, value if settled else solve(mdp.matrix[chosen], gain[chosen])
 
 
@@ -250,12 +250,11 @@ def _first_policy(mdp: ExplicitMDP, gain: FloatArray) -> IntArray:
 
 
 _ROUGH = 1e-6
-_SWEPT = 2e-13
 _NEAR = 1e-11
 _SWEEPS = 40
 _MOST_SWEEPS = 5_000
 _MOST_ROUNDS = 200
-_MARGIN = 1e-13
-_QUANTA = (2.0**-46, 2.0**-38, 2.0**-30)
+_MARGIN = 2.0**-44
+_QUANTA = (2.0**-46, 2.0**-40, 2.0**-34)
 _MOST_RAISES = 400
 _CLOSING_ROUNDS = 300
