@@ -65,6 +65,13 @@ class Race:
         )
         return Race(loopless, gain, lose)
 
+    def mirrored(self, chosen: IntArray) -> Race:
+        """The race under one policy (a choice per state) for the one who wins where it loses."""
+        mdp = self.mdp
+        start = np.arange(mdp.n_states + 1)
+        under = ExplicitMDP(mdp.matrix[chosen], start, mdp.choice_action[chosen], mdp.initial, leak=mdp.leak[chosen])
+        return Race(under, self.lose[chosen], self.gain[chosen])
+
     def drift(self, value: FloatArray, choices: IntArray, sign: int) -> FloatArray:
         """The drift of some choices, made larger (`sign` 1) or smaller (-1) by the slack of each term."""
         mdp = self.mdp
