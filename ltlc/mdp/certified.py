@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -49,8 +50,8 @@ def best_policy(race: Race) -> Certified:
     lower, value, upper = np.zeros(mdp.n_states), np.zeros(mdp.n_states), np.zeros(mdp.n_states)
     chosen = mdp.choice_start[:-1].astype(np.int64)
     for states in parts(mdp):
-        part, rows = _part(mdp, states)
-        gain = race.gain[rows] + mdp.matrix[rows] @ value
+        part, rows, steps = _part(mdp, states)
+        gain = race.gain[rows] + steps @ value
         by = _by_policy_iteration if part.n_states <= LINEAR_SOLVE_LIMIT else _by_sweeps
         slacked, picked, exact = by(part, gain)
         below, above = float((value - lower).max()), float((upper - value).max())
@@ -85,25 +86,24 @@ def _prove_upper(race: Race, states: IntArray, upper: FloatArray, guess: FloatAr
     upper[states] = 1.0
 
 
-def _part(mdp: ExplicitMDP, states: IntArray) -> tuple[ExplicitMDP, IntArray]:
-    """The process on some of its states, left by entering another one, and which choices it has."""
+def _part(mdp: ExplicitMDP, states: IntArray) -> tuple[ExplicitMDP, IntArray, Any]:
+    """The process on some of its states, left by entering another one; its choices, and where those lead at all."""
     if len(states) == mdp.n_states:
-        return mdp, np.arange(mdp.n_choices)
+        return mdp, np.arange(mdp.n_choices), mdp.matrix
     count = np.diff(mdp.choice_start)[states]
     rows = ranges(mdp.choice_start[states], count)
     outside = np.ones(mdp.n_states)
     outside[states] = 0.0
-    matrix = mdp.matrix[rows]
-    leak = mdp.leak[rows] + np.asarray(matrix @ outside)
+    steps = mdp.matrix[rows]
+    leak = mdp.leak[rows] + np.asarray(steps @ outside)
     start = np.concatenate(([0], np.cumsum(count)))
-    return ExplicitMDP(matrix[:, states], start, mdp.choice_action[rows], mdp.initial[states], leak=leak), rows
+    part = ExplicitMDP(steps[:, states], start, mdp.choice_action[rows], mdp.initial[states], leak=leak)
+    return part, rows, steps
 
 
 def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
     """Values that rise in a step, choices, and the values of those choices."""
-    start = mdp.choice_start[:-1]
-    if mdp.n_choices > mdp.n_states:
-        start, _ = _swept(mdp, gain - 4 * _ROUGH, _first_policy(mdp, gain), _ROUGH)
+    start = _roughly_best(mdp, gain) if mdp.n_choices > mdp.n_states else mdp.choice_start[:-1]
     slacked, chosen, _ = improve(mdp, gain - _MARGIN, start)
     return slacked, chosen, MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
 
@@ -114,12 +114,12 @@ def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray
     door = mdp.best(gain) > 0
     order = np.argsort(distance_to(mdp, door), kind="stable")
     chosen, slacked = _first_policy(mdp, gain), np.zeros(mdp.n_states)
-    for _ in range(_MOST_ROUNDS):
+    for left in reversed(range(_MOST_ROUNDS)):
         chain = GaussSeidel(mdp.matrix[chosen], order)
         slacked, _ = chain.run(slack_gain[chosen], slacked, _MARGIN / 8, _SWEEPS)
         choice_value = slack_gain + mdp.matrix @ slacked
         best, own = mdp.best(choice_value), choice_value[chosen]
-        if (best - np.minimum(own, slacked)).max() <= _NEAR:
+        if not left or (best - np.minimum(own, slacked)).max() <= _NEAR:
             break
         chosen = np.where(best > own + _MARGIN, mdp.greedy(choice_value), chosen)
     slacked, settled = chain.run(slack_gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
@@ -129,29 +129,21 @@ def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray
     return slacked, chosen, value if settled else solve(mdp.matrix[chosen], gain[chosen])
 
 
-def _swept(
-    mdp: ExplicitMDP,
-    gain: FloatArray,
-    chosen: IntArray,
-    tolerance: float,
-    value: FloatArray | None = None,
-    rounds: int = 10_000,
-) -> tuple[IntArray, FloatArray]:
-    """Choices and values after modified policy iteration, until a Bellman step changes no value by more."""
-    sweeps = _MOST_SWEEPS if value is None else _SWEEPS
-    value = np.zeros(mdp.n_states) if value is None else value
-    for _ in range(rounds):
-        value = _evaluated(mdp, gain[chosen], chosen, value, tolerance / 4, sweeps)
+def _roughly_best(mdp: ExplicitMDP, gain: FloatArray) -> IntArray:
+    """Choices after modified policy iteration, until a Bellman step changes no value by more than a millionth."""
+    gain = gain - 4 * _ROUGH
+    chosen, value, sweeps = _first_policy(mdp, gain), np.zeros(mdp.n_states), _MOST_SWEEPS
+    for _ in range(10_000):
+        value = _evaluated(mdp, gain[chosen], chosen, value, _ROUGH / 4, sweeps)
         sweeps = _SWEEPS
         choice_value = gain + mdp.matrix @ value
         best = mdp.best(choice_value)
-        better = best > choice_value[chosen] + tolerance / 2
-        chosen = np.where(better, mdp.greedy(choice_value), chosen)
+        chosen = np.where(best > choice_value[chosen] + _ROUGH / 2, mdp.greedy(choice_value), chosen)
         change = np.abs(best - value).max()
         value = best
-        if change <= tolerance:
+        if change <= _ROUGH:
             break
-    return chosen, value
+    return chosen
 
 
 def _evaluated(
