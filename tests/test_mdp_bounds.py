@@ -11,6 +11,7 @@ from mdp_exact import ExactTask
 from scipy import sparse
 from test_mdp_properties import random_mdp, storm_value
 
+from ltlc.cli.verdicts import between
 from ltlc.mdp import LabelledMDP, Product, max_reachability, max_satisfaction_probability, satisfaction_probability
 from ltlc.mdp.certified import best_policy
 from ltlc.mdp.explicit import ExplicitMDP
@@ -210,3 +211,12 @@ def test_storm_agrees_on_random_models(seed, tmp_path):
     best = max_satisfaction_probability(Product(mdp, sequence("ABT", "C")))
     assert best.probability == pytest.approx(value, abs=1e-6)
     assert best.upper - best.lower < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [(0.9236381609303, 0.9236381609415), (0.1, 0.9), (1 - 1e-10, 1.0), (0, 1e-9)]
+)
+def test_printed_bounds_are_rounded_outwards(lower, upper):
+    _, down, _, up = between(lower, upper).split()
+    assert float(down) <= lower < upper <= float(up)
+    assert float(up) - float(down) < 1.3 * (upper - lower)
