@@ -151,6 +151,20 @@ def test_raised_values_bound_the_probability(seed):
     assert not given.raised(np.zeros(12), np.arange(12), 2.0**-50, 1)
 
 
+@pytest.mark.parametrize("chunk", [1, 7, 50, 10_000])
+def test_drift_is_the_same_in_chunks(monkeypatch, chunk):
+    given, value = race(0, 12), np.random.default_rng(0).random(12)
+    gaps = value[None, :] - np.repeat(value, 2)[:, None]
+    here = np.repeat(value, 2)
+    exact = (given.mdp.matrix.toarray() * gaps).sum(axis=1) + given.gain * (1 - here) - given.lose * here
+    monkeypatch.setattr("ltlc.mdp.induction._CHUNK", chunk)
+    some = np.array([0, 3, 4, 17, 23])
+    for choices in (np.arange(24), some):
+        assert given.drift(value, choices, 0) == pytest.approx(exact[choices], abs=1e-14)
+        assert (given.drift(value, choices, 1) > exact[choices]).all()
+        assert (given.drift(value, choices, -1) < exact[choices]).all()
+
+
 def test_parts_come_after_what_they_lead_to(monkeypatch):
     monkeypatch.setattr("ltlc.mdp.parts.SMALLEST", 100)
     product = Product(scaled_world(20, 0.6), sequence("ABT", "C"))

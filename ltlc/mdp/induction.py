@@ -12,7 +12,7 @@ That is what makes the proof possible where some policies can dawdle for more st
 
 A drift counts as bad unless it stays good when each of its terms is wrong by `slack`, which is several times what its
 evaluation can round by. So the bounds hold for every process with the same graph whose probabilities agree with the
-stored ones within a relative 2**-48, the one with the decimal fractions that the user meant among them.
+stored ones within a relative 2**-49, the one with the decimal fractions that the user meant among them.
 """
 
 from __future__ import annotations
