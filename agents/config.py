@@ -35,8 +35,9 @@ class DQNConfig:
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018.
     """
 
-    hidden: tuple[int, ...] = (256,)
-    """units of each hidden layer, ReLU between; thesis: (400, 300)."""
+    hidden: tuple[int, ...] | None = None
+    """units of each hidden layer, ReLU between; thesis: (400, 300). None: no network but a table of values where the
+    observations are numbered and few enough (see `ltlc.agents.table`), and one layer of 256 elsewhere."""
     observation_input: ObservationInput = "one-hot"
     """discrete observations as indicator vectors, or as plain numbers (thesis: row and column)."""
     state_input: StateInput = "heads"
@@ -121,7 +122,8 @@ class DQNConfig:
         return cls(**(values | changes))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hidden", tuple(self.hidden))
+        if self.hidden is not None:
+            object.__setattr__(self, "hidden", tuple(self.hidden))
         for field, choices in _CHOICES.items():
             if getattr(self, field) not in choices:
                 raise UnknownNameError(f"value of {field}", str(getattr(self, field)), choices)
@@ -129,7 +131,7 @@ class DQNConfig:
             _check_number(field, getattr(self, field), low, high, closed)
         for field, least in _COUNTS.items():
             _check_count(field, getattr(self, field), least)
-        for units in self.hidden:
+        for units in self.hidden or ():
             _check_count("each entry of hidden", units, 1)
         for field in ("reward_scale", "max_gradient_norm"):
             if getattr(self, field) is not None:
@@ -151,7 +153,7 @@ class DQNConfig:
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
-        return dataclasses.asdict(self) | {"hidden": list(self.hidden)}
+        return dataclasses.asdict(self) | {"hidden": None if self.hidden is None else list(self.hidden)}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> DQNConfig:
