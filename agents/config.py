@@ -93,7 +93,7 @@ class DQNConfig:
     epsilon_steps: int = 100_000
     """environment steps over which epsilon falls, linearly."""
 
-    total_steps: int = 1_000_000
+    total_steps: int = 2_000_000
     """environment steps of the whole training, >= 1."""
     seed: int = 0
     """of the networks, the exploration, the replay and the environment; >= 0."""

@@ -141,14 +141,17 @@ class DoubleDQN:
         if epsilon >= 1:
             return random.numpy()
         values = self._evaluate(self.q_network, packed, states)
-        if self.tabular:  # where nothing is known yet, all actions are alike
+        if isinstance(self.q_network, QTable):
+            row = self.encoder.index(torch.from_numpy(packed).to(self.config.device))
+            values = values + self.q_network.doubt[row].repeat(1, self.tensor_tables.n_options)
+            # where nothing is known yet, all actions are alike
             values = values + _TIE * torch.rand(values.shape, generator=generator, dtype=values.dtype).to(values.device)
         greedy = values.argmax(dim=-1).cpu()
         return torch.where(chance < epsilon, random, greedy).numpy()
 
     def _evaluate(self, network: QNetwork | QTable, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None) -> Tensor:
-        features = self.encoder.features(torch.from_numpy(packed).to(self.config.device))
-        tables = self.tensor_tables
+        seen, tables = torch.from_numpy(packed).to(self.config.device), self.tensor_tables
+        features = self.encoder.index(seen) if isinstance(network, QTable) else self.encoder.features(seen)
         if states is None:
             values: Tensor = network(features, None)
             if tables.n_options == 1:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,10 +25,13 @@ LARGEST = 2_000_000
 """entries of a table, at most."""
 GROWTH = 1.2
 """a table is fitted anew whenever there is this many times the experience of the last fit."""
-SWEEPS, LAST_SWEEPS = 2_000, 100_000
+SWEEPS, LAST_SWEEPS = 1_000, 100_000
 """sweeps of a fit at most, while training and at its end."""
-TOLERANCE = 1e-10
+TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
+UNSEEN = 0.01
+"""how often each action is thought to have had an outcome worth nothing: what was seldom tried is never quite safe."""
+CURIOSITY = 1.0
 _SWEEPS_PER_CHECK = 50
 
 
@@ -35,19 +40,29 @@ class QTable(nn.Module):
 
     Attributes:
         values: shape (n_observations, n_states, n_actions), float64, in units of the reward scale.
+        doubt: shape (n_observations, n_actions), float64, likewise; how wrong the values may be for want of experience.
     """
 
     values: Tensor
+    doubt: Tensor
 
     def __init__(self, n_observations: int, n_states: int, n_actions: int) -> None:
         super().__init__()
         self.n_states, self.n_actions = n_states, n_actions
         self.register_buffer("values", torch.zeros((n_observations, n_states, n_actions), dtype=torch.float64))
+        self.register_buffer("doubt", torch.zeros((n_observations, n_actions), dtype=torch.float64))
 
-    def forward(self, features: Tensor, states: Tensor | None = None) -> Tensor:
-        """Values of the actions at observations given as indicator vectors; see `QNetwork.forward`."""
-        row = features.argmax(dim=1)
-        return self.values[row] if states is None else self.values[row, states]
+    def forward(self, observations: Tensor, states: Tensor | None = None) -> Tensor:
+        """Values of the actions.
+
+        Args:
+            observations: shape (batch,), int64; their numbers.
+            states: shape (batch,); table state of each, or None for all of them.
+
+        Returns:
+            Shape (batch, n_actions), or (batch, n_states, n_actions) if all states were asked for.
+        """
+        return self.values[observations] if states is None else self.values[observations, states]
 
 
 class Tally:
@@ -88,9 +103,10 @@ class Tally:
         """What was seen to follow each observation and action."""
         self._merge()
         observation, action, following, letter_class, terminated = np.unravel_index(self._key, self.shape)
-        pair, row = np.unique(observation * self.shape[1] + action, return_inverse=True)
-        weight = self._count / np.bincount(row, self._count)[row]
-        return Outcomes(pair, row, following, letter_class, terminated == 1, weight, self._paid / self._count)
+        pair = action * self.shape[0] + observation
+        tries = np.bincount(pair, self._count, minlength=self.shape[0] * self.shape[1])
+        weight = self._count / (tries[pair] + UNSEEN)
+        return Outcomes(tries, pair, following, letter_class, terminated == 1, weight, self._paid / self._count)
 
     def _merge(self) -> None:
         if not self._new:
@@ -123,12 +139,12 @@ class Tally:
 
 @dataclass(frozen=True, eq=False)
 class Outcomes:
-    """Observations with actions that were tried, and what followed; an entry of the other arrays for each outcome."""
+    """What was seen to follow each observation and action: an entry of the arrays for each outcome."""
 
+    tries: FloatArray
+    """shape (n_actions * n_observations,); how often each action was tried at each observation."""
     pair: IntArray
-    """shape (n_pairs,); observation * n_actions + action, ascending."""
-    row: IntArray
-    """which pair the outcome is of."""
+    """what it is an outcome of: action * n_observations + observation."""
     following: IntArray
     """the next observation."""
     letter_class: IntArray
@@ -141,7 +157,7 @@ class Outcomes:
 
 
 def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, scale: float, sweeps: int) -> float:
-    """Fit a table to all experience, from values of 0; returns the largest change of the last sweep.
+    """Fit a table to all experience, from values of 0; returns the largest change of the last sweep that was checked.
 
     A sweep replaces the value of each observation, action and table state by the mean of its targets r + g V(s', q')
     over all steps that were made there, each step being taken in all table states. After n sweeps values are those of
@@ -160,36 +176,44 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
         D. Ernst, P. Geurts, L. Wehenkel, Tree-based batch mode reinforcement learning, JMLR 2005,
         https://www.jmlr.org/papers/v6/ernst05a.html (fitted Q iteration; here the regression is a mean per entry).
     """
-    outcomes = tally.outcomes()
+    outcomes, k = tally.outcomes(), len(learned)
     n_observations, n_states, n_actions = table.values.shape
-    k = len(learned)
-    position = np.zeros(n_states, dtype=np.int64)
-    position[learned] = np.arange(k)
-    here, letter_class = learned[None, :], outcomes.letter_class[:, None]
-    mean = sparse.csr_array((outcomes.weight, (outcomes.row, np.arange(len(outcomes.row)))))
-    reward = mean @ ((tables.expected_reward[here, letter_class] + outcomes.paid[:, None]) / scale)
-    going_on = tables.expected_discount[here, letter_class] * ~outcomes.terminated[:, None]
-    target = outcomes.following[:, None] * k + position[tables.next_state[here, letter_class]]
-    source = outcomes.row[:, None] * k + np.arange(k)
-    weight = (outcomes.weight[:, None] * going_on).ravel()
-    used = weight > 0
-    shape = (len(outcomes.pair) * k, n_observations * k)
-    steps = sparse.csr_array((weight[used], (source.ravel()[used], target.ravel()[used])), shape=shape)
-    values = np.zeros((n_observations * n_actions, k))
-    change = np.inf
+    shape = (n_actions, n_observations, k)
+    reward, steps, position = _targets(outcomes, tables, learned, shape)
+    reward /= scale
+    values, change = np.zeros(shape), np.inf
     for sweep in range(sweeps):
-        best = _best(values.reshape(n_observations, n_actions, k).max(axis=1), tables, learned, position)
-        new = reward + (steps @ best.ravel()).reshape(-1, k)
+        new = reward + (steps @ _best(values.max(axis=0), tables, learned, position).ravel()).reshape(shape)
         if sweep % _SWEEPS_PER_CHECK == 0:
-            change = float(np.abs(new - values[outcomes.pair]).max(initial=0.0))
-        values[outcomes.pair] = new
+            change = float(np.abs(new - values).max())
+        values = new
         if change <= TOLERANCE:
             break
-    table.values.zero_()
-    table.values[:, torch.from_numpy(learned)] = torch.from_numpy(
-        values.reshape(n_observations, n_actions, k).transpose(0, 2, 1)
-    )
+    table.values[:, torch.from_numpy(learned)] = torch.from_numpy(values.transpose(1, 2, 0))
+    doubt = CURIOSITY * np.abs(values).max() / np.sqrt(outcomes.tries + 1)
+    table.doubt[:] = torch.from_numpy(doubt.reshape(n_actions, n_observations).T)
     return change
+
+
+def _targets(
+    outcomes: Outcomes, tables: RewardTables, learned: IntArray, shape: tuple[int, int, int]
+) -> tuple[FloatArray, Any, IntArray]:
+    """Mean rewards, shape (n_actions, n_observations, n_learned); mean weights of what follows, a matrix from these
+    entries to (observation, learned state); and the positions of states among those learned.
+    """
+    k = len(learned)
+    position = np.zeros(tables.n_states, dtype=np.int64)
+    position[learned] = np.arange(k)
+    here, letter_class = learned[None, :], outcomes.letter_class[:, None]
+    source = outcomes.pair[:, None] * k + np.arange(k)
+    paid = outcomes.weight[:, None] * (tables.expected_reward[here, letter_class] + outcomes.paid[:, None])
+    reward = np.bincount(source.ravel(), paid.ravel(), minlength=math.prod(shape)).reshape(shape)
+    weight = outcomes.weight[:, None] * tables.expected_discount[here, letter_class]
+    weight *= ~outcomes.terminated[:, None]
+    target = outcomes.following[:, None] * k + position[tables.next_state[here, letter_class]]
+    used = weight > 0
+    entries = (weight[used], (source[used], target[used]))
+    return reward, sparse.csr_array(entries, shape=(math.prod(shape), shape[1] * k)), position
 
 
 def _best(values: FloatArray, tables: RewardTables, learned: IntArray, position: IntArray) -> FloatArray:
