@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ from .update import TDLoss, TensorTables
 _FILE_KIND = "policy"
 _TIE = 1e-12
 """values of a table that differ by less are alike, in units of the reward scale."""
+_WANDERING = 0.2
+"""probability that a copy that looks for news does something at random."""
 
 
 class DoubleDQN:
@@ -41,6 +44,7 @@ class DoubleDQN:
     Attributes:
         encoder: of the observations.
         tables: the reward tables; for None those of a task that asks for nothing.
+        device: where the values are; a table is on the CPU whatever the configuration says.
         q_network: learns, and acts while training.
         target_network: values next states; starts as a copy.
         policy_network: average of the online network over the last updates; its greedy policy is the result.
@@ -64,12 +68,15 @@ class DoubleDQN:
         self.n_actions = n_actions
         self.encoder = ObservationEncoder(observation_space, config.observation_input)
         self.tables = plain_tables(config.gamma) if tables is None else tables
-        self.tensor_tables = TensorTables.of(self.tables, config)
+        tabular = self._few_observations()
+        self.device = "cpu" if tabular else config.device
+        there = dataclasses.replace(config, device=self.device)
+        self.tensor_tables = TensorTables.of(self.tables, there)
         self.q_network: QNetwork | QTable
         self.target_network: QNetwork | QTable
         self.policy_network: QNetwork | QTable
-        if self._few_observations():
-            table = QTable(self.encoder.n_observations, self.tables.n_states, n_actions).to(config.device)
+        if tabular:
+            table = QTable(self.encoder.n_observations, self.tables.n_states, n_actions)
             self.q_network = self.target_network = self.policy_network = table
         else:
             self.q_network = self._network(torch.Generator().manual_seed(config.seed))
@@ -81,7 +88,7 @@ class DoubleDQN:
             self.optimizer = torch.optim.Adam(parameters, lr=config.learning_rate, fused=True)
         elif parameters:
             self.optimizer = torch.optim.SGD(parameters, lr=config.learning_rate)
-        self.loss = TDLoss(self.encoder, self.tensor_tables, config)
+        self.loss = TDLoss(self.encoder, self.tensor_tables, there)
         self.updates = 0
 
     @property
@@ -97,7 +104,7 @@ class DoubleDQN:
 
     def _network(self, generator: torch.Generator) -> QNetwork:
         network = QNetwork(self.encoder.n_features, self.tables.n_states, self.n_actions, self.config, generator)
-        return network.to(self.config.device)
+        return network.to(self.device)
 
     @torch.no_grad()
     def q_values(self, observations: Any, states: npt.ArrayLike | None = None) -> npt.NDArray[np.float64]:
@@ -136,28 +143,45 @@ class DoubleDQN:
         n = len(packed)
         random = torch.randint(self.n_actions, (n,), generator=generator)
         chance = torch.rand(n, generator=generator, dtype=torch.float64)
+        if isinstance(self.q_network, QTable):
+            return self._explore_by_table(self.q_network, packed, states, epsilon, (random, chance), generator)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
             random = self._with_random_choices(random, states, generator)
         if epsilon >= 1:
             return random.numpy()
-        values = self._evaluate(self.q_network, packed, states)
-        if isinstance(self.q_network, QTable):
-            row = self.encoder.index(torch.from_numpy(packed).to(self.config.device))
-            values = values + self.q_network.doubt[row].repeat(1, self.tensor_tables.n_options)
-            # where nothing is known yet, all actions are alike
-            values = values + _TIE * torch.rand(values.shape, generator=generator, dtype=values.dtype).to(values.device)
-        greedy = values.argmax(dim=-1).cpu()
+        greedy = self._evaluate(self.q_network, packed, states).argmax(dim=-1).cpu()
         return torch.where(chance < epsilon, random, greedy).numpy()
 
-    def _evaluate(self, network: QNetwork | QTable, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None) -> Tensor:
-        seen, tables = torch.from_numpy(packed).to(self.config.device), self.tensor_tables
+    def _explore_by_table(
+        self,
+        table: QTable,
+        packed: npt.NDArray[Any],
+        states: npt.NDArray[np.int64],
+        epsilon: float,
+        drawn: tuple[Tensor, Tensor],
+        generator: torch.Generator,
+    ) -> npt.NDArray[np.int64]:
+        """A part `epsilon` of the copies looks for what was seldom tried; the others give their values some credit."""
+        row, there = self.encoder.index(torch.from_numpy(packed)), torch.from_numpy(states)
+        random, chance = drawn
+        known = self._evaluate(table, packed, states) + table.doubt[row].repeat(1, self.tensor_tables.n_options)
+        news = table.novelty[row, there]
+        known, news = (v + _TIE * torch.rand(v.shape, generator=generator, dtype=v.dtype) for v in (known, news))
+        seeker = torch.where(chance < _WANDERING, random, news.argmax(dim=-1))
+        seeks = torch.arange(len(packed)) + 0.5 < epsilon * len(packed)
+        return torch.where(seeks, seeker, known.argmax(dim=-1)).numpy()
+
+    def _evaluate(
+        self, network: QNetwork | QTable, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None
+    ) -> Tensor:
+        tables, seen = self.tensor_tables, torch.from_numpy(packed).to(self.device)
         features = self.encoder.index(seen) if isinstance(network, QTable) else self.encoder.features(seen)
         if states is None:
             values: Tensor = network(features, None)
             if tables.n_options == 1:
                 return values
             return tables.join_options(values[:, tables.options], tables.allowed)
-        there = torch.from_numpy(states).to(self.config.device)
+        there = torch.from_numpy(states).to(self.device)
         if tables.n_options == 1:
             return network(features, there)  # type: ignore[no-any-return]
         values = network(features.repeat_interleave(tables.n_options, dim=0), tables.options[there].flatten())
@@ -206,7 +230,7 @@ class DoubleDQN:
             to_the_end: whether to go on until nothing changes any more.
         """
         assert isinstance(self.q_network, QTable)
-        learned, scale = self.tensor_tables.learned.cpu().numpy(), self.tensor_tables.scale
+        learned, scale = self.tensor_tables.learned.numpy(), self.tensor_tables.scale
         change = fit(self.q_network, tally, self.tables, learned, scale, LAST_SWEEPS if to_the_end else SWEEPS)
         self.updates += 1
         tally.fitted = len(tally)

@@ -31,7 +31,9 @@ TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
 UNSEEN = 0.01
 """how often each action is thought to have had an outcome worth nothing: what was seldom tried is never quite safe."""
-CURIOSITY = 1.0
+FAR = 0.95
+"""discount of novelty that lies ahead."""
+_NOVELTY_SWEEPS = 100
 _SWEEPS_PER_CHECK = 50
 
 
@@ -41,16 +43,20 @@ class QTable(nn.Module):
     Attributes:
         values: shape (n_observations, n_states, n_actions), float64, in units of the reward scale.
         doubt: shape (n_observations, n_actions), float64, likewise; how wrong the values may be for want of experience.
+        novelty: shape of `values`, float64; how much that was seldom tried lies ahead.
     """
 
     values: Tensor
     doubt: Tensor
+    novelty: Tensor
 
     def __init__(self, n_observations: int, n_states: int, n_actions: int) -> None:
         super().__init__()
         self.n_states, self.n_actions = n_states, n_actions
-        self.register_buffer("values", torch.zeros((n_observations, n_states, n_actions), dtype=torch.float64))
+        shape = (n_observations, n_states, n_actions)
+        self.register_buffer("values", torch.zeros(shape, dtype=torch.float64))
         self.register_buffer("doubt", torch.zeros((n_observations, n_actions), dtype=torch.float64))
+        self.register_buffer("novelty", torch.zeros(shape, dtype=torch.float64))
 
     def forward(self, observations: Tensor, states: Tensor | None = None) -> Tensor:
         """Values of the actions.
@@ -104,7 +110,7 @@ class Tally:
         self._merge()
         observation, action, following, letter_class, terminated = np.unravel_index(self._key, self.shape)
         pair = action * self.shape[0] + observation
-        tries = np.bincount(pair, self._count, minlength=self.shape[0] * self.shape[1])
+        tries = _sums(pair, self._count, self.shape[0] * self.shape[1])
         weight = self._count / (tries[pair] + UNSEEN)
         return Outcomes(tries, pair, following, letter_class, terminated == 1, weight, self._paid / self._count)
 
@@ -115,7 +121,8 @@ class Tally:
         count = np.concatenate([self._count, np.ones(len(key) - len(self._key))])
         paid = np.concatenate([self._paid, *(paid for _, paid in self._new)])
         self._key, where = np.unique(key, return_inverse=True)
-        self._count, self._paid, self._new = np.bincount(where, count), np.bincount(where, paid), []
+        self._count, self._paid = _sums(where, count, len(self._key)), _sums(where, paid, len(self._key))
+        self._new = []
 
     def state_dict(self) -> dict[str, Tensor]:
         """The counts."""
@@ -177,7 +184,7 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
         https://www.jmlr.org/papers/v6/ernst05a.html (fitted Q iteration; here the regression is a mean per entry).
     """
     outcomes, k = tally.outcomes(), len(learned)
-    n_observations, n_states, n_actions = table.values.shape
+    n_observations, _, n_actions = table.values.shape
     shape = (n_actions, n_observations, k)
     reward, steps, position = _targets(outcomes, tables, learned, shape)
     reward /= scale
@@ -189,17 +196,26 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
         values = new
         if change <= TOLERANCE:
             break
-    table.values[:, torch.from_numpy(learned)] = torch.from_numpy(values.transpose(1, 2, 0))
-    doubt = CURIOSITY * np.abs(values).max() / np.sqrt(outcomes.tries + 1)
-    table.doubt[:] = torch.from_numpy(doubt.reshape(n_actions, n_observations).T)
+    rare = 1 / np.sqrt(outcomes.tries + 1).reshape(shape[:2])
+    novelty = np.zeros(shape)
+    for _ in range(_NOVELTY_SWEEPS):
+        novelty = rare[..., None] + FAR * (steps @ novelty.max(axis=0).ravel()).reshape(shape)
+        novelty[rare == 1] = 1 / (1 - FAR)  # never tried: as good as anything can be
+    columns = torch.from_numpy(learned)
+    table.values[:, columns] = torch.from_numpy(values.transpose(1, 2, 0))
+    table.novelty[:, columns] = torch.from_numpy(novelty.transpose(1, 2, 0))
+    table.doubt[:] = torch.from_numpy(np.abs(values).max() * rare.T)
     return change
 
 
 def _targets(
     outcomes: Outcomes, tables: RewardTables, learned: IntArray, shape: tuple[int, int, int]
 ) -> tuple[FloatArray, Any, IntArray]:
-    """Mean rewards, shape (n_actions, n_observations, n_learned); mean weights of what follows, a matrix from these
-    entries to (observation, learned state); and the positions of states among those learned.
+    """What `fit` repeats in each sweep.
+
+    Returns:
+        Mean rewards, shape (n_actions, n_observations, n_learned); mean weights of what follows, a matrix from these
+        entries to (observation, learned state); and the position of each state among those learned.
     """
     k = len(learned)
     position = np.zeros(tables.n_states, dtype=np.int64)
@@ -207,7 +223,7 @@ def _targets(
     here, letter_class = learned[None, :], outcomes.letter_class[:, None]
     source = outcomes.pair[:, None] * k + np.arange(k)
     paid = outcomes.weight[:, None] * (tables.expected_reward[here, letter_class] + outcomes.paid[:, None])
-    reward = np.bincount(source.ravel(), paid.ravel(), minlength=math.prod(shape)).reshape(shape)
+    reward = _sums(source.ravel(), paid.ravel(), math.prod(shape)).reshape(shape)
     weight = outcomes.weight[:, None] * tables.expected_discount[here, letter_class]
     weight *= ~outcomes.terminated[:, None]
     target = outcomes.following[:, None] * k + position[tables.next_state[here, letter_class]]
@@ -225,3 +241,8 @@ def _best(values: FloatArray, tables: RewardTables, learned: IntArray, position:
         can = committed >= 0
         best[:, can] = np.maximum(best[:, can], values[:, position[committed[can]]])
     return best
+
+
+def _sums(group: IntArray, values: FloatArray, n_groups: int) -> FloatArray:
+    """The sum of the values of each group, shape (n_groups,)."""
+    return np.bincount(group, values, minlength=n_groups).astype(np.float64)

@@ -5,9 +5,9 @@
     python benchmarks/suite.py gate devious --seeds 1 --json suite.json
     python benchmarks/suite.py --exact --storm           # beside Storm, where stormpy is installed
 
-The agent is `DQNConfig()`, rewarded by `two-discount`: one configuration and one scheme for all tasks, of which it knows
-the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that its greedy policy
-satisfies the formula. It learns the tasks whose product has at most 2000 states.
+The agent is `DQNConfig()`, rewarded by `two-discount` as it comes: one configuration and one scheme for all tasks. It
+knows the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that its greedy
+policy satisfies the formula. It learns the tasks whose product has at most 2000 states.
 """
 
 from __future__ import annotations

@@ -59,7 +59,9 @@ class SuiteTask:
         return build(self.world, f"task {self.name!r}")
 
 
-def load_suite(worlds: Path = FOLDER / "suite_worlds.toml", tasks: Path = FOLDER / "suite_tasks.toml") -> dict[str, SuiteTask]:
+def load_suite(
+    worlds: Path = FOLDER / "suite_worlds.toml", tasks: Path = FOLDER / "suite_tasks.toml"
+) -> dict[str, SuiteTask]:
     """All tasks by name, in the order of the file.
 
     Raises:
@@ -143,7 +145,9 @@ def _of_map(world: Mapping[str, Any], where: str) -> LabelledMDP:
     if world.get("walled", False):
         lines, walls = _without_walls(lines)
     cells = {(r, c): character for r, line in enumerate(lines) for c, character in enumerate(line)}
-    found = {character: [cell for cell, it in cells.items() if it == character] for character in sorted(set("".join(lines)))}
+    found: dict[str, list[Cell]] = {}
+    for cell, character in cells.items():
+        found.setdefault(character, []).append(cell)
     meaning = {c: c for c in found if c not in ".#S"} | world.get("labels", {})
     for key in ("labels", "firm", "forced"):
         odd = [character for character in world.get(key, ()) if character not in found]
