@@ -68,9 +68,7 @@ def load_suite(
         InvalidArgumentError: a file is no TOML, or an entry is not as the file says entries are.
         UnknownNameError: an entry speaks of a world or has a key that does not exist.
     """
-    known = _read(worlds)
-    for name, world in known.items():
-        _check_world(world, f"world {name!r}")
+    known = load_worlds(worlds)
     suite: dict[str, SuiteTask] = {}
     for group, rows in _read(tasks).items():
         for name, row in rows.items():
@@ -78,6 +76,19 @@ def load_suite(
                 raise InvalidArgumentError(f"{tasks.name}: there are two tasks {name!r}")
             suite[name] = _task(name, group, row, known)
     return suite
+
+
+def load_worlds(path: Path = FOLDER / "suite_worlds.toml") -> dict[str, Any]:
+    """The entries of `suite_worlds.toml` by name, to change and to `build`.
+
+    Raises:
+        InvalidArgumentError: the file is no TOML, or an entry is not as the file says entries are.
+        UnknownNameError: an entry has a key that does not exist.
+    """
+    worlds = _read(path)
+    for name, world in worlds.items():
+        _check_world(world, f"world {name!r}")
+    return worlds
 
 
 def _read(path: Path) -> dict[str, Any]:
