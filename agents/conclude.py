@@ -1,20 +1,26 @@
-"""The end of a training run: the verdict, and the pictures."""
+"""The end of a training run: the verdict, the pictures, and files for other judges."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl import parse
+from ltlc.mdp import Exported, export_checkable, induced_process, with_sure_labels
 from ltlc.mdp.verdict import Judge
 
-from .dqn import DoubleDQN
-from .pictures import Curve, board_of, draw_curves, draw_policy
-from .report import Report, make_judge, report, tabular_policy
+from .curves import Curve, draw_curves
+from .pictures import board_of, draw_policy
+from .report import Report, report, tabular_policy
 from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
+from .systems import DOUBLE_DQN, Agent
+from .tabular.registry import LEARNERS
 
 
-def judge_run(run: RunFolder, agent: DoubleDQN, *, episodes: int = 100, seed: int = 0) -> Report:
+def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 0) -> Report:
     """The verdict on what a run has learned: exact where the environment is known, sampled elsewhere.
 
     Args:
@@ -23,7 +29,7 @@ def judge_run(run: RunFolder, agent: DoubleDQN, *, episodes: int = 100, seed: in
         episodes: to sample.
         seed: of the sampling.
     """
-    judge = make_judge(run.config.setting, run.task)
+    judge = run.judge
     if judge is not None and agent.encoder.n_observations != judge.rewards.mdp.n_states:
         judge = None  # a wrapper shows something else than the state
     env = run.vector_env()
@@ -33,38 +39,77 @@ def judge_run(run: RunFolder, agent: DoubleDQN, *, episodes: int = 100, seed: in
         env.close()
 
 
-def draw_run(run: RunFolder, agent: DoubleDQN, judge: Judge | None) -> list[Path]:
+def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> Exported:
+    """Write what a run has learned as a Markov chain that PRISM or Storm can check, with the formula.
+
+    Raises:
+        InvalidArgumentError: the dynamics of the environment or the formula are not known, or a proposition cannot be
+            the name of a label in PRISM.
+        OSError: a file cannot be written.
+    """
+    place, formula = run.config.setting, run.task.formula
+    if place.model is None:
+        raise InvalidArgumentError(f"the dynamics of {place.env} are not known, so there is no Markov chain to write")
+    if formula is None:
+        raise InvalidArgumentError("the automaton of the run has no formula that another program could check")
+    sure, origin = with_sure_labels(place.model)
+    judge = Judge(sure, run.automaton, run.task.tables, initial_label=place.initial_label)
+    chain = induced_process(judge.words, judge.on_words(tabular_policy(agent, place.model)[origin]))
+    return export_checkable(chain, parse(formula), folder, "policy", initial_label=place.initial_label)
+
+
+def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:
     """Draw what can be drawn: the curve, the policy where there is a map, the automaton where there is Graphviz."""
     drawn = [run.draw_automaton(), draw_curve(run, judge), _draw_policy(run, agent, judge)]
     return [path for path in drawn if path is not None]
 
 
 def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
-    """Returns of episodes over training steps, or nothing where no episode ended."""
-    rows = [row for row in run.metrics() if row.get("episode_return") is not None]
+    """Returns over training steps, or nothing where none were recorded.
+
+    Of double DQN, those of the episodes that ended, with exploration; of tabular learners, the exact ones of the
+    policies learned so far.
+    """
+    optimum = None if judge is None else judge.optimum
+    if run.config.agent == DOUBLE_DQN:
+        column, name, label = "episode_return", "training, with exploration", "return of an episode (sum of rewards)"
+        best = None if optimum is None else optimum.total_return
+    else:
+        column, name, label = "discounted_return", "learned so far, exact", "expected return, discounted"
+        best = None if optimum is None else optimum.discounted_return
+    rows = [row for row in run.metrics() if row.get(column) is not None]
     if not rows:
         return None
-    steps, returns = (np.array([row[key] for row in rows], dtype=np.float64) for key in ("steps", "episode_return"))
-    optimum = None if judge is None or judge.optimum is None else judge.optimum.total_return
-    curve = Curve("training, with exploration", steps, returns, optimum)
+    planned = len(rows) > 1 and len({row["steps"] for row in rows}) == 1  # all in the learned model
+    axis, x_label = ("seconds", "seconds of learning and planning") if planned else ("steps", "environment steps")
+    x, returns = (np.array([row[key] for row in rows], dtype=np.float64) for key in (axis, column))
     title = run.task.formula or run.config.setting.env
     return draw_curves(
-        run.path / CURVE_PICTURE, [curve], title=title, x_label="environment steps", window=max(len(rows) // 20, 1)
+        run.path / CURVE_PICTURE,
+        [Curve(name, x, returns, best)],
+        title=title,
+        x_label=x_label,
+        y_label=label,
+        window=max(len(rows) // 20, 1) if run.config.agent == DOUBLE_DQN else 1,
     )
 
 
-def _draw_policy(run: RunFolder, agent: DoubleDQN, judge: Judge | None) -> Path | None:
+def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | None:
     board = board_of(run.config.setting.single)
     if board is None or judge is None:
         return None
+    policy = tabular_policy(agent, judge.rewards.mdp)
+    goes_by_rewards = run.config.agent == DOUBLE_DQN or LEARNERS[run.config.agent].uses_rewards
+    rewards = f" with the rewards '{run.config.reward}'" if goes_by_rewards else ""
+    likely = "" if policy.ndim == 2 else "; the most probable actions"
     return draw_policy(
         run.path / POLICY_PICTURE,
         board,
-        tabular_policy(agent, judge.rewards.mdp),
+        policy if policy.ndim == 2 else policy.argmax(axis=2),
         run.automaton,
         run.task.tables,
         title=run.task.formula or "policy",
-        subtitle=f"learned in {run.config.setting.env} with the rewards '{run.config.reward}'",
+        subtitle=f"learned by {run.config.agent} in {run.config.setting.env}{rewards}{likely}",
         reached=judge.reached,
         classes=judge.letter_classes,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from ltlc.rewards import RewardTables
 
 from .collect import Collector, Episode, Interface
 from .dqn import DoubleDQN
+from .encoder import ObservationEncoder
 
 IntArray = npt.NDArray[np.int64]
 
@@ -125,8 +126,26 @@ class Rollouts:
         return probability(good, len(self.episodes), confidence=self.confidence)
 
 
+class Actor(Protocol):
+    """What `rollout` asks of an agent."""
+
+    @property
+    def encoder(self) -> ObservationEncoder:
+        """Of the observations."""
+        ...
+
+    @property
+    def n_actions(self) -> int:
+        """Of the environment."""
+        ...
+
+    def packed_policy(self, packed: npt.NDArray[Any], states: IntArray) -> IntArray:
+        """Actions for packed observations and table states, shape (batch,)."""
+        ...
+
+
 def rollout(
-    agent: DoubleDQN,
+    agent: Actor,
     env: VectorEnv[Any, Any, Any],
     n_episodes: int = 100,
     *,

@@ -42,6 +42,13 @@ class Row:
     seconds: float
     """of training, interruptions not counted."""
 
+    @property
+    def text(self) -> str:
+        """The row for a person."""
+        if self.episode_return is None:
+            return "return -  violations -"
+        return f"return {self.episode_return:.1f}  violations {self.violations:.2f}"
+
 
 _HEADER = tuple(field.name for field in fields(Row))
 

@@ -1,9 +1,9 @@
-"""Pictures of what was learned: the policy on the map (thesis, figures 5.2 and 5.3), returns over training (5.4)."""
+"""Pictures of what was learned: the policy on the map (thesis, figures 5.2 and 5.3)."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,25 +15,15 @@ from ltlc.automata import RabinAutomaton, guard_text
 from ltlc.envs.grid_map import ACTIONS, GridMap
 from ltlc.rewards import RewardTables
 
+from .canvas import ARROW, FAINT, INK, LINES, NEVER, PAPER, RULE, TINTS, WALL, blank, saved
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 IntArray = npt.NDArray[np.integer[Any]]
 BoolArray = npt.NDArray[np.bool_]
-FloatArray = npt.NDArray[np.float64]
 
-INK, FAINT, PAPER, RULE, WALL, ARROW, NEVER = (
-    "#2b2a28",
-    "#8d8982",
-    "#ffffff",
-    "#dedad2",
-    "#56545a",
-    "#1f4e79",
-    "#f1efea",
-)
-TINTS = ("#f2c57c", "#9fc7a5", "#e59a8c", "#a9b8de", "#d6a9d0", "#8fc7cf", "#cfcf8a", "#c9b199")
-LINES = ("#1f5a94", "#c8553d", "#4f8a4c", "#8a5aa8")
 _LAKE = {"H": TINTS[3], "G": TINTS[1]}
 MAX_PANELS = 16
 _DIRECTIONS = {"UP": (0, -1), "RIGHT": (1, 0), "DOWN": (0, 1), "LEFT": (-1, 0), "NONE": (0, 0)}
@@ -129,9 +119,6 @@ def draw_policy(
     Returns:
         The path that was written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     waiting = waits_for(automaton, np.arange(automaton.n_classes) if classes is None else classes)
     seen = np.ones(policy.shape, dtype=np.bool_) if reached is None else reached
     states = [q for q in range(policy.shape[1]) if seen[:, q].any()][:MAX_PANELS]
@@ -145,8 +132,7 @@ def draw_policy(
         max(n_columns * width + (n_columns + 1) * gap, 5.2),
         n_rows * (height + panel_title) + above + below,
     )
-    figure = Figure(figsize=size, facecolor=PAPER)
-    FigureCanvasAgg(figure)
+    figure = blank(*size)
     left = gap
     free = np.array([character == "." for character in board.cells])
     never = bool((~seen[free][:, states]).any())
@@ -165,7 +151,7 @@ def draw_policy(
     if subtitle:
         figure.text(left / size[0], 1 - 0.62 / size[1], subtitle, fontsize=9, color=FAINT, va="center")
     _legend(figure, board, left, size, never)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def waits_for(automaton: RabinAutomaton, classes: IntArray) -> list[str]:
@@ -297,135 +283,5 @@ def tints(board: Board) -> dict[str, str]:
     return {c: board.colours.get(c, TINTS[i % len(TINTS)]) for i, c in enumerate(characters)}
 
 
-@dataclass(frozen=True)
-class Curve:
-    """Returns of episodes over training."""
-
-    name: str
-    x: FloatArray
-    """shape (n,); episodes or environment steps, ascending."""
-    y: FloatArray
-    """shape (n,) or (n_runs, n); return, NaN where there is none."""
-    optimum: float | None = None
-    """exact optimal value, drawn as a dashed line."""
-    learned: FloatArray | None = None
-    """as `y`; exact expected return of the policy learned so far, drawn as the main line if given."""
-
-
-def draw_curves(
-    path: str | os.PathLike[str],
-    curves: Sequence[Curve],
-    *,
-    title: str,
-    x_label: str,
-    y_label: str = "return of an episode (sum of rewards)",
-    window: int = 25,
-) -> Path:
-    """Draw returns over training: the median of a moving window, and the band from its 10th to its 90th percentile.
-
-    Args:
-        path: a .png, .svg or .pdf file.
-        curves: one or several, each with its own colour.
-        title: the heading.
-        x_label: what x is.
-        y_label: what y is.
-        window: points of x in a window; all runs of a curve count.
-
-    Returns:
-        The path that was written.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.6, 4.3), facecolor=PAPER, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    for curve, colour in zip(curves, LINES * len(curves), strict=False):
-        _curve(axes, curve, colour, window, alone=len(curves) == 1)
-    _limit(axes, curves)
-    axes.set_title(title, loc="left", fontsize=12, fontweight="bold", color=INK, pad=10)
-    axes.set_xlabel(x_label, color=INK)
-    axes.set_ylabel(y_label, color=INK)
-    axes.margins(x=0.01)
-    axes.grid(axis="y", color=RULE, linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.tick_params(colors=FAINT, labelcolor=INK, labelsize=9)
-    axes.xaxis.set_major_formatter(_thousands)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    for side in ("left", "bottom"):
-        axes.spines[side].set_color(FAINT)
-    handles, texts = axes.get_legend_handles_labels()
-    n_columns = -(-len(texts) // max(len(curves), 1)) if len(texts) > 3 else len(texts)
-    order = [i for column in range(n_columns) for i in range(column, len(texts), n_columns)]  # rows: one per curve
-    figure.legend(
-        [handles[i] for i in order],
-        [texts[i] for i in order],
-        loc="outside lower center",
-        ncols=max(n_columns, 1),
-        frameon=False,
-        fontsize=8.5,
-        columnspacing=1.6,
-        labelcolor=INK,
-    )
-    return _saved(figure, path)
-
-
-def _curve(axes: Axes, curve: Curve, colour: str, window: int, *, alone: bool) -> None:
-    low, middle, high = moving_percentiles(np.atleast_2d(curve.y), window)
-    axes.fill_between(curve.x, low, high, color=colour, alpha=0.15, linewidth=0)
-    prefix = "" if alone else f"{curve.name}: "
-    if curve.learned is None:
-        axes.plot(curve.x, middle, color=colour, linewidth=1.7, label=curve.name)
-    else:
-        axes.plot(curve.x, middle, color=colour, linewidth=0.8, alpha=0.6, label=f"{prefix}while exploring")
-        _, best, _ = moving_percentiles(np.atleast_2d(curve.learned), 1)
-        axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}learned so far, exact")
-    if curve.optimum is not None and np.isfinite(curve.optimum):
-        text = f"{prefix}exact optimum {curve.optimum:.5g}"
-        axes.axhline(curve.optimum, color=colour, linewidth=1.1, linestyle=(0, (5, 3)), label=text)
-
-
-def _limit(axes: Axes, curves: Sequence[Curve]) -> None:
-    """Leave the worst returns of the beginning out of the picture where they would squeeze the rest."""
-    shown = np.concatenate([np.ravel(curve.y) for curve in curves])
-    shown = shown[np.isfinite(shown)]
-    if shown.size:
-        best = max([shown.max(), *(curve.optimum for curve in curves if curve.optimum is not None)])
-        worst = np.percentile(shown, 4)
-        if best > worst:
-            axes.set_ylim(worst - 0.05 * (best - worst), best + 0.08 * (best - worst))
-
-
-def moving_percentiles(y: FloatArray, window: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """10th, 50th and 90th percentile of a window around each point, NaN left out; `y` has shape (n_runs, n)."""
-    n = y.shape[1]
-    half = max(window // 2, 0)
-    rows = np.full((3, n), np.nan)
-    for i in range(n):
-        part = y[:, max(i - half, 0) : i + half + 1]
-        part = part[np.isfinite(part)]
-        if part.size:
-            rows[:, i] = np.percentile(part, (10, 50, 90))
-    return rows[0], rows[1], rows[2]
-
-
-def _thousands(value: float, _: float) -> str:
-    return f"{value:,.0f}".replace(",", " ")
-
-
 def _shortened(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[: limit - 1]}…"
-
-
-def _saved(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure, complete or not at all."""
-    import io
-
-    from ltlc.atomic import atomic_write
-
-    stream = io.BytesIO()
-    suffix = Path(path).suffix.lower().removeprefix(".")
-    metadata = {"Date": None} if suffix == "svg" else {"CreationDate": None} if suffix == "pdf" else {}
-    figure.savefig(stream, format=suffix, dpi=150, metadata=metadata)
-    return atomic_write(path, stream.getvalue())

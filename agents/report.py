@@ -6,21 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
 import numpy.typing as npt
 
 from ltlc.envs import LTLVectorWrapper
-from ltlc.envs.setting import Setting
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP
 from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.verdict import Judge, PolicyVerdict
-from ltlc.task import Task
 
-from .dqn import DoubleDQN
-from .evaluate import Rollouts, rollout
-
-IntArray = npt.NDArray[np.int64]
+from .evaluate import Rollouts, greedy_policy, rollout
+from .systems import Agent
+from .tabular.policy import TablePolicy
 
 
 class Line(NamedTuple):
@@ -78,24 +74,17 @@ class Report:
         return values
 
 
-def report(
-    agent: DoubleDQN, judge: Judge | None, env: LTLVectorWrapper, *, episodes: int = 100, seed: int = 0
-) -> Report:
+def report(agent: Agent, judge: Judge | None, env: LTLVectorWrapper, *, episodes: int = 100, seed: int = 0) -> Report:
     """Judge an agent: exactly with a judge, else by so many episodes in the environment."""
     if judge is None:
         return Report(None, None, rollout(agent, env, episodes, seed=seed))
     return Report(judge.judge(tabular_policy(agent, judge.rewards.mdp)), judge, None)
 
 
-def make_judge(setting: Setting, task: Task) -> Judge | None:
-    """The judge of a task in an environment, or None where its dynamics are not known."""
-    if setting.model is None:
-        return None
-    return Judge(setting.model, task.automaton, task.tables, initial_label=setting.initial_label)
-
-
-def tabular_policy(agent: DoubleDQN, mdp: LabelledMDP) -> IntArray:
+def tabular_policy(agent: Agent, mdp: LabelledMDP) -> npt.NDArray[Any]:
     """The greedy action in each environment state and table state, shape (n_mdp_states, n_table_states).
+
+    Of a tabular learner that chooses at random, the probability of each action, float, with a last axis more.
 
     Raises:
         InvalidArgumentError: the agent's observations are not the states of the model.
@@ -104,7 +93,7 @@ def tabular_policy(agent: DoubleDQN, mdp: LabelledMDP) -> IntArray:
         raise InvalidArgumentError(
             f"the agent sees {agent.encoder.space}, which is no numbering of the {mdp.n_states} states of the model"
         )
-    return np.asarray(agent.q_values(agent.encoder.all_observations()).argmax(axis=-1))
+    return agent.table if isinstance(agent, TablePolicy) else greedy_policy(agent)
 
 
 def exact_lines(verdict: PolicyVerdict, optimum: PolicyVerdict | None) -> list[Line]:

@@ -2,12 +2,12 @@
 
 config.json       the task, the environment and the hyperparameters
 dra.json          the automaton
-metrics.csv       a row every `log_every` steps
-checkpoint.ltlc   to go on from
+metrics.csv       a row every now and then
+checkpoint.ltlc   to go on from (double DQN)
 policy.ltlc       what has been learned
 result.json       the verdict
 policy.png        the policy on the map, one panel per automaton state (environments with a map)
-curve.png         return and violations over the steps
+curve.png         return over the steps
 dra.svg           the automaton (where Graphviz is installed)
 """
 
@@ -19,6 +19,7 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -28,15 +29,16 @@ from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
+from ltlc.mdp.verdict import Judge
 from ltlc.rewards import OnDeadlock, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
-from .collect import Interface
+from . import systems
 from .config import DQNConfig
-from .dqn import DoubleDQN
 from .metrics import METRICS_FILE
-from .train import CHECKPOINT_FILE, POLICY_FILE, Callback, TrainingResult, train
+from .systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
+from .train import CHECKPOINT_FILE, POLICY_FILE
 
 CONFIG_FILE = "config.json"
 AUTOMATON_FILE = "dra.json"
@@ -46,7 +48,7 @@ POLICY_PICTURE = "policy.png"
 CURVE_PICTURE = "curve.png"
 _FILES = (CONFIG_FILE, AUTOMATON_FILE, METRICS_FILE, CHECKPOINT_FILE, POLICY_FILE, RESULT_FILE, POLICY_PICTURE,
           CURVE_PICTURE, AUTOMATON_PICTURE)  # fmt: skip
-_FORMAT = 1
+_FORMAT = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +63,10 @@ class RunConfig:
     on_deadlock: OnDeadlock | None = None
     num_envs: int = 64
     """environments stepped together."""
-    agent: DQNConfig = field(default_factory=DQNConfig)
+    agent: str = DOUBLE_DQN
+    """name of what learns."""
+    hyperparameters: Hyperparameters = field(default_factory=DQNConfig)
+    """of the agent."""
 
     def task(self, automaton: RabinAutomaton) -> Task:
         """The task of an automaton with these rewards.
@@ -82,7 +87,8 @@ class RunConfig:
             "parameters": dict(self.parameters),
             "on_deadlock": self.on_deadlock,
             "num_envs": self.num_envs,
-            "agent": self.agent.to_dict(),
+            "agent": self.agent,
+            "hyperparameters": self.hyperparameters.to_dict(),
         }
 
     @classmethod
@@ -95,8 +101,9 @@ class RunConfig:
         """
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        fields = {key: values[key] for key in ("reward", "parameters", "on_deadlock", "num_envs")}
-        return cls(setting=Setting(**values["setting"]), agent=DQNConfig.from_dict(values["agent"]), **fields)
+        fields = {key: values[key] for key in ("reward", "parameters", "on_deadlock", "num_envs", "agent")}
+        config = systems.hyperparameters(values["agent"], values["hyperparameters"])
+        return cls(setting=Setting(**values["setting"]), hyperparameters=config, **fields)
 
 
 class RunFolder:
@@ -160,13 +167,27 @@ class RunFolder:
         """What another configuration or automaton has different; device and threads do not count."""
         before, now = self.config.to_dict(), json.loads(json.dumps(config.to_dict()))
         for values in (before, now):
-            del values["ltlc"], values["agent"]["device"], values["agent"]["threads"]
+            del values["ltlc"]
+            for name in ("device", "threads"):
+                values["hyperparameters"].pop(name, None)
         same = formats.to_json(self.automaton) == formats.to_json(automaton)
         return [*([] if same else ["formula"]), *(key for key in now if now[key] != before[key])]
 
     def move_to(self, device: str) -> None:
-        """Train on another device from now on."""
-        self.config = replace(self.config, agent=replace(self.config.agent, device=device))
+        """Train on another device from now on.
+
+        Raises:
+            InvalidArgumentError: the agent is no network.
+        """
+        self.config = replace(self.config, hyperparameters=systems.on_device(self.config.hyperparameters, device))
+
+    @cached_property
+    def judge(self) -> Judge | None:
+        """Of the task, or None where the dynamics of the environment are not known."""
+        place = self.config.setting
+        if place.model is None:
+            return None
+        return Judge(place.model, self.automaton, self.task.tables, initial_label=place.initial_label)
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""
@@ -180,23 +201,36 @@ class RunFolder:
         """
         env = self.vector_env()
         try:
-            interface = Interface.of(env)
-            DoubleDQN(interface.space, interface.n_actions, interface.tables, self.config.agent)
-            env.reset(seed=self.config.agent.seed)
+            systems.check(env, self.config.hyperparameters)
         finally:
             env.close()
 
-    def train(self, *, resume: bool = False, callback: Callback | None = None) -> TrainingResult:
-        """Train to the end, or go on; see `ltlc.agents.train`."""
-        if resume and not (self.path / CHECKPOINT_FILE).exists():
-            resume = False  # killed before the first checkpoint
+    def train(self, *, resume: bool = False, callback: Callback | None = None) -> Trained:
+        """Train to the end, or go on; see `ltlc.agents.systems.train_agent`."""
+        config = self.config
+        if resume and not self.keeps_checkpoints and (self.path / POLICY_FILE).exists():
+            end = self.metrics()[-1]
+            return Trained(self.load(), int(end["steps"] or 0), end["seconds"] or 0.0)
         env = self.vector_env()
         try:
-            return train(env, self.config.agent, folder=self.path, resume=resume, callback=callback)
+            return systems.train_agent(
+                env,
+                config.agent,
+                config.hyperparameters,
+                self.path,
+                resume=resume,
+                judge=None if self.keeps_checkpoints else self.judge,
+                callback=callback,
+            )
         finally:
             env.close()
 
-    def agent(self) -> DoubleDQN:
+    @property
+    def keeps_checkpoints(self) -> bool:
+        """Whether training that was cut short can go on where it was; else it begins anew."""
+        return self.config.agent == DOUBLE_DQN
+
+    def load(self) -> Agent:
         """What has been learned.
 
         Raises:
@@ -205,10 +239,10 @@ class RunFolder:
         """
         if not (self.path / POLICY_FILE).exists():
             raise InvalidArgumentError(
-                f"{self.path} holds no policy yet, since its training was killed; go on with it first: "
+                f"{self.path} holds no policy, since its training was cut short or found none; go on with it first: "
                 f"ltlc train --resume --out {self.path}"
             )
-        agent = DoubleDQN.load(self.path / POLICY_FILE)
+        agent = systems.load_agent(self.config.agent, self.path / POLICY_FILE)
         if agent.tables.next_state.shape != self.task.tables.next_state.shape:
             raise FileFormatError(f"{self.path / POLICY_FILE} is of another task than {self.path / AUTOMATON_FILE}")
         return agent
@@ -244,7 +278,8 @@ class RunFolder:
         return atomic_write(self.path / name, json.dumps(values, ensure_ascii=False, indent=2) + "\n")
 
 
-def default_folder(name: str, env: str, seed: int) -> Path:
-    """`runs/<task>-<environment>-<seed>`, in characters that every file system takes."""
+def default_folder(name: str, env: str, seed: int, agent: str = DOUBLE_DQN) -> Path:
+    """`runs/<task>-<environment>-<seed>`, in characters that every file system takes; with the agent, if tabular."""
     task, place = (re.sub(r"[^a-z0-9]+", "-", part.lower()).strip("-") for part in (name, env.rpartition("/")[2]))
-    return Path("runs") / "-".join(filter(None, (task[:40].strip("-"), place, str(seed))))
+    who = "" if agent == DOUBLE_DQN else agent
+    return Path("runs") / "-".join(filter(None, (task[:40].strip("-"), place, who, str(seed))))

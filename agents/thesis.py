@@ -1,4 +1,4 @@
-"""The experiments of the thesis, chapter 5: its recorded automata, its rewards, its worlds; our agent and the judge.
+"""The case studies of the thesis, chapter 5: its recorded automata, its rewards, its worlds; our agent and the judge.
 
 What the thesis leaves out of its word (the label of the first state) is left out here, a violation leads back to the
 state before it, and reaching an accepting state ends the episode.
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,8 @@ from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
 
 from .config import DQNConfig
-from .pictures import Curve, board_of, draw_curves, draw_policy
+from .curves import Curve, draw_curves
+from .pictures import board_of, draw_policy
 from .report import Report, tabular_policy
 from .run_folder import RunConfig, RunFolder
 from .train import Progress
@@ -48,10 +49,6 @@ class Experiment(NamedTuple):
     """environment steps of our training."""
     hours: float
     """of the thesis' training, on a Tesla K80."""
-    amec_hours: str | None = None
-    """of the method with accepting maximal end components that the thesis compares with (table 5.1)."""
-    states: int | None = None
-    """of the product, by the thesis (table 5.2)."""
 
     @property
     def env(self) -> str:
@@ -68,14 +65,8 @@ EXPERIMENTS: Mapping[str, Mapping[str, Experiment]] = MappingProxyType({
         "static": Experiment("case study II, static", "phi_2", "10x10", False, 600_000, 14.0),
         "dynamic": Experiment("case study II, dynamic", "phi_2", "10x10", True, 600_000, 17.0),
     },
-    "runtime": {
-        "phi_3-5x5": Experiment("phi_3, 5x5", "phi_3", "5x5", False, 60_000, 0.33, "0.22", 100),
-        "phi_3-10x10": Experiment("phi_3, 10x10", "phi_3", "10x10", False, 150_000, 3.5, ">25", 400),
-        "phi_4-5x5": Experiment("phi_4, 5x5", "phi_4", "5x5", False, 150_000, 3.0, "8", 375),
-        "phi_4-10x10": Experiment("phi_4, 10x10", "phi_4", "10x10", False, 300_000, 9.0, ">25", 1500),
-    },
 })  # fmt: skip
-"""the experiments of each section of chapter 5, by variant."""
+"""the experiments of sections 5.1 and 5.2, by variant; section 5.3 is `ltlc.agents.runtime`."""
 
 
 @dataclass(frozen=True)
@@ -135,22 +126,21 @@ def reproduce(
     total = steps or experiment.steps
     config = RunConfig(
         setting=Setting(env=experiment.env, initial_label="skip"),
-        agent=DQNConfig(total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
+        hyperparameters=DQNConfig(total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
     )
     run = RunFolder.create(folder, config, recorded_automaton(experiment.automaton), force=True)
     since = time.perf_counter()
-    assert config.setting.model is not None
-    judge = Judge(config.setting.model, run.automaton, run.task.tables, initial_label="skip")
-    assert judge.optimum is not None and judge.maximum is not None  # both are solved here
+    judge = run.judge
+    assert judge is not None and judge.optimum is not None and judge.maximum is not None  # both are solved here
     solved_in = time.perf_counter() - since
     watch = _Watch(judge)
 
-    def look(progress: Progress) -> None:
+    def look(progress: Any) -> None:
         watch.look(progress)
         callback(progress)
 
     result = run.train(callback=look)
-    if result.interrupted:
+    if result.interrupted or result.agent is None:
         return None
     verdict = judge.judge(tabular_policy(result.agent, judge.rewards.mdp))
     report = Report(verdict, judge, None)
@@ -189,7 +179,7 @@ def draw_learned(path: str | os.PathLike[str], outcome: Outcome, *, title: str) 
     """The learned policy on the map, a panel per automaton state (thesis, figures 5.2 and 5.3)."""
     run, verdict = outcome.run, outcome.verdict
     board = board_of(run.config.setting.single)
-    agent = run.agent()
+    agent = run.load()
     assert board is not None
     return draw_policy(
         path,

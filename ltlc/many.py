@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from itertools import starmap
+from concurrent.futures import Future, ProcessPoolExecutor
+from itertools import chain, islice
 from multiprocessing import get_context
 
 from ltlc.automata import RabinAutomaton
@@ -16,6 +16,9 @@ from ltlc.translate import Effort, translate
 
 _CHUNK = 32
 """formulas handed to a process at a time; fewer are not worth starting one."""
+
+_Job = tuple[Formula, Options, str]
+"""a shape to translate, how, and the text of a formula of that shape."""
 
 
 def compile_many(
@@ -60,32 +63,53 @@ def compile_many(
     """
     options = Options(acceptance, translator, effort, max_states, timeout)
     options.check()
-    parsed = [parse(f) if isinstance(f, str) else f for f in formulas]
-    shaped = [shape_of(formula) for formula in parsed]
     known: Cache = {} if cache is None else cache
-    texts: dict[Formula, str] = {}
-    for formula, (shape, _) in zip(parsed, shaped, strict=True):
-        if (shape, options) not in known:
-            texts.setdefault(shape, str(formula))
-    jobs = [(shape, options, text) for shape, text in texts.items()]
-    for done, (job, automaton) in enumerate(zip(jobs, _translated(jobs, workers), strict=True), 1):
-        known[job[:2]] = automaton
+    read: list[tuple[Formula, tuple[str, ...], str]] = []
+    missing: dict[Formula, None] = {}
+
+    def jobs() -> Iterator[_Job]:
+        for formula in formulas:
+            parsed = parse(formula) if isinstance(formula, str) else formula
+            shape, names = shape_of(parsed)
+            text = str(parsed)
+            read.append((shape, names, text))
+            if shape not in missing and (shape, options) not in known:
+                missing[shape] = None
+                yield shape, options, text
+
+    for done, (shape, automaton) in enumerate(_translated(jobs(), workers), 1):
+        known[shape, options] = automaton
         if progress is not None:
-            progress(done, len(jobs))
-    return [
-        DRA.of(known[shape, options], aps=names, formula=str(formula))
-        for formula, (shape, names) in zip(parsed, shaped, strict=True)
-    ]
+            progress(done, len(missing))
+    return [DRA.of(known[shape, options], aps=names, formula=text) for shape, names, text in read]
 
 
-def _translated(jobs: list[tuple[Formula, Options, str]], workers: int | None) -> Iterator[RabinAutomaton]:
-    n_workers = min(os.cpu_count() or 1 if workers is None else workers, len(jobs) // _CHUNK)
-    if n_workers <= 1:
-        yield from starmap(_translate, jobs)
+def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[Formula, RabinAutomaton]]:
+    """The shapes with their automata, in order; the first one comes when there are no more jobs to come."""
+    n_workers = os.cpu_count() or 1 if workers is None else workers
+    first = list(islice(jobs, 2 * _CHUNK if n_workers > 1 else None))
+    if n_workers <= 1 or len(first) < 2 * _CHUNK:
+        for job in first:
+            yield job[0], _translate(job)
         return
+    ahead = chain(first, jobs)
+    under_way: list[tuple[list[_Job], Future[list[RabinAutomaton]]]] = []
     with ProcessPoolExecutor(n_workers, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(_translate, *zip(*jobs, strict=True), chunksize=_CHUNK)
+        try:
+            # Others translate while this process still reads formulas.
+            while chunk := list(islice(ahead, _CHUNK)):
+                under_way.append((chunk, pool.submit(_translate_all, chunk)))
+            for chunk, automata in under_way:
+                yield from zip((shape for shape, _, _ in chunk), automata.result(), strict=True)
+        finally:
+            for _, automata in under_way:
+                automata.cancel()
 
 
-def _translate(formula: Formula, options: Options, text: str) -> RabinAutomaton:
-    return translate(formula, **options._asdict(), text=text)
+def _translate_all(jobs: list[_Job]) -> list[RabinAutomaton]:
+    return [_translate(job) for job in jobs]
+
+
+def _translate(job: _Job) -> RabinAutomaton:
+    shape, options, text = job
+    return translate(shape, **options._asdict(), text=text)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from random_automata import random_automata
 
+from ltlc.agents.runtime import RuntimeRow, runtime_comparison
 from ltlc.agents.tabular import EmpiricalModel, Experience, FuTopcuConfig
 from ltlc.agents.tabular.explore import Explorer
 from ltlc.agents.tabular.planning import accepting_components, as_table, cut, reach_and_stay
-from ltlc.agents.tabular.runtime import RuntimeRow, runtime_comparison
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, grid_map, labelled_mdp, thesis_world
 from ltlc.errors import UnknownNameError
 from ltlc.mdp import (
@@ -149,8 +149,9 @@ def test_runtime_rows() -> None:
     for row in rows:
         assert row.reached == row.runs == 1
         assert row.regret <= 0.01 and row.probability == row.max_probability == 1
-        assert 0 < row.product_states <= row.thesis_product_states == 100
-        assert 0 < row.seconds < 60
+        assert row.product_states is not None
+        assert 0 < row.product_states <= row.reachable_states <= row.thesis_product_states == 100
+        assert 0 < row.fastest == row.seconds == row.slowest < 60
     assert [row.thesis_hours for row in rows] == [None, "0.22", None]
     late = runtime_comparison(systems=["sadigh"], cases=[("10x10", "phi_3")], limit=0.0, seeds=[0])
     assert (late[0].reached, late[0].runs) == (0, 1)

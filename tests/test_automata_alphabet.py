@@ -7,15 +7,21 @@ import pytest
 
 from ltlc.automata import Alphabet, guard_text
 from ltlc.automata.alphabet import (
+    BoolArray,
     Guard,
     irredundant_cover,
     letter_classes,
     project,
-    proposition_column,
+    proposition_table,
     shortest_guard,
     support,
+    truth_column,
     truth_table,
 )
+
+
+def proposition(index: int, n_aps: int) -> BoolArray:
+    return truth_column(proposition_table(index, n_aps), 2**n_aps)
 
 
 def value(guard: Guard, letter: int) -> bool:
@@ -77,13 +83,13 @@ def test_guards_over_twenty_propositions() -> None:
     names = tuple(f"a{i}" for i in range(20))
     every = np.ones(2**20, dtype=bool)
     for i in range(20):
-        every &= proposition_column(i, 20)
+        every &= proposition(i, 20)
     classes, first = letter_classes([every], 20)
     assert first.tolist() == [0, 2**20 - 1]
     alphabet = Alphabet(names, classes)
     assert guard_text(alphabet, [1]) == " & ".join(names)
     assert guard_text(alphabet, [0]) == " | ".join("!" + name for name in names)
-    two = Alphabet(names, (proposition_column(3, 20) & proposition_column(17, 20)).astype(np.int32))
+    two = Alphabet(names, (proposition(3, 20) & proposition(17, 20)).astype(np.int32))
     assert two.relevant == (3, 17)
     assert guard_text(two, [1]) == "a3 & a17"
 
@@ -101,7 +107,7 @@ def test_letter_classes_are_the_coarsest_and_numbered_by_first_letter() -> None:
 
 
 def test_support_and_projection() -> None:
-    column = proposition_column(0, 3) | proposition_column(2, 3)
+    column = proposition(0, 3) | proposition(2, 3)
     assert support(column) == (0, 2)
     assert project(column, (0, 2)).tolist() == [False, True, True, True]
     assert truth_table(column) == 0b11111010

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import ltlc
+from ltlc.agents.systems import AGENTS
 from ltlc.cli.app import run
 from ltlc.formats import from_hoa, from_json, read_hoa_stream
 from ltlc.rewards import SCHEMES
@@ -291,7 +292,12 @@ class TestCheck:
 
 
 @pytest.mark.parametrize(
-    ("command", "registry", "says"), [("translators", TRANSLATORS, "description"), ("rewards", SCHEMES, "guarantee")]
+    ("command", "registry", "says"),
+    [
+        ("translators", TRANSLATORS, "description"),
+        ("rewards", SCHEMES, "guarantee"),
+        ("agents", AGENTS, "hyperparameters"),
+    ],
 )
 def test_registries(command: str, registry: dict[str, object], says: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([command]) == 0

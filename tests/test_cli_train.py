@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from ltlc.agents import DoubleDQN
+from ltlc.agents import DoubleDQN, runtime
 from ltlc.agents.pictures import waits_for
 from ltlc.agents.run_folder import RunFolder, default_folder
+from ltlc.agents.tabular import LEARNERS
 from ltlc.cli import reproduce
 from ltlc.cli.app import run
 from ltlc.envs import recorded_automaton
@@ -25,7 +28,7 @@ from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
 ROOT = Path(__file__).parent.parent
-SMALL = ("--agent", "hidden=[16]", "--agent", "batch_size=16", "--agent", "learning_starts=16")
+SMALL = ("--hyper", "hidden=[16]", "--hyper", "batch_size=16", "--hyper", "learning_starts=16")
 SENSORS = """
     MAP = "SFFFFHFHFFFHHFFG"
 
@@ -48,6 +51,28 @@ SENSORS = """
 LAKE = ("F goal & G !hole", "--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--reward", "zeta-discount")
 POLE = ("G !fallen", "--env", "CartPole-v1", "--labels", "sensors.py:standing", "--num-envs", "2")
 GRID = ("F goal", "--env", "ltlc/Grid-v0")
+SMALL_WORLD = ("--env", "ltlc/Thesis5x5-v0")
+HIDDEN = """
+    import gymnasium
+
+    class Hidden(gymnasium.Env):
+        observation_space = gymnasium.spaces.Discrete(3)
+        action_space = gymnasium.spaces.Discrete(2)
+
+        def reset(self, *, seed=None, options=None):
+            super().reset(seed=seed)
+            self.place = 0
+            return 0, {}
+
+        def step(self, action):
+            self.place = min(self.place + 1, 2) if action == (self.np_random.random() < 0.9) else 0
+            return self.place, 0.0, False, False, {}
+
+    def labels(observation, info):
+        return {"up"} if observation == 2 else set()
+
+    gymnasium.register("Hidden-v0", entry_point=Hidden)
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -113,10 +138,11 @@ class TestTrain:
 
     def test_an_automaton_file_and_the_preset_of_the_thesis(self) -> None:
         assert run(["compile", "F goal", "-o", "task.json"]) == 0
-        preset = ["--config", "thesis", "--agent", "hidden=[8]", "--out", "here", "-q"]
+        preset = ["--config", "thesis", "--hyper", "hidden=[8]", "--out", "here", "-q"]
         assert run(["train", "task.json", "--env", "ltlc/Grid-v0", "--steps", "80", *preset]) == 0
         config = RunFolder.open("here").config
-        assert config.num_envs == 1 and not config.agent.double and config.agent.hidden == (8,)
+        assert config.num_envs == 1 and config.hyperparameters.hidden == (8,)
+        assert config.agent == "double-dqn" and not config.hyperparameters.double
 
     def test_a_run_is_not_overwritten(self, capsys: pytest.CaptureFixture[str]) -> None:
         small = ["--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]
@@ -126,12 +152,12 @@ class TestTrain:
         assert run(["train", *GRID, *small, "--force"]) == 0
         assert run(["train", *GRID, *small, "--resume", "--device", "cpu"]) == 0  # nothing is left to do
         assert run(["train", "F(goal & X goal)", *GRID[1:], *small, "--resume"]) == 2
-        assert "has another formula" in capsys.readouterr().err
+        assert "differs in formula" in capsys.readouterr().err
         assert run(["train", *GRID, *small, "--resume", "--seed", "1"]) == 2
-        assert "has another agent" in capsys.readouterr().err
+        assert "differs in hyperparameters" in capsys.readouterr().err
 
     def test_ctrl_c_and_resume_give_the_same_as_no_interruption(self) -> None:
-        options = ("--steps", "2400", "--num-envs", "2", "--agent", "train_frequency=8", *SMALL)
+        options = ("--steps", "2400", "--num-envs", "2", "--hyper", "train_frequency=8", *SMALL)
         running = process("train", *GRID, *options, "--out", "cut")
         assert running.stdout is not None
         for line in running.stdout:
@@ -144,6 +170,68 @@ class TestTrain:
         assert run(["train", "--resume", "--out", "cut", "--quiet"]) == 0
         assert run(["train", *GRID, *options, "--out", "whole", "--quiet"]) == 0
         assert np.array_equal(q_values("cut"), q_values("whole"))
+
+
+class TestTabular:
+    @pytest.mark.parametrize("agent", LEARNERS)
+    def test_a_run_and_its_folder(self, agent: str, capsys: pytest.CaptureFixture[str]) -> None:
+        coarse = ["--hyper", "accuracy=0.2"] if agent in ("fu-topcu", "wang") else []
+        assert run(["train", "F(A & F B)", *SMALL_WORLD, "--agent", agent, "--steps", "40000", *coarse]) == 0
+        out = capsys.readouterr().out
+        assert " steps  P(satisfied) " in out and "optimal for the rewards" in out
+        place = Path(f"runs/f-a-f-b-thesis5x5-v0-{agent}-0")
+        files = {path.name for path in place.iterdir()} - {"dra.svg"}
+        assert files == {
+            "config.json", "dra.json", "metrics.csv", "policy.ltlc", "result.json", "policy.png", "curve.png",
+        }  # fmt: skip
+        result = json.loads((place / "result.json").read_text())
+        assert result["exact"] and result["learned"]["satisfaction"] == pytest.approx(1)
+        assert 0 <= result["regret"] < 0.2
+        assert run(["evaluate", str(place), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
+        before = (place / "policy.ltlc").read_bytes()
+        assert run(["train", "--resume", "--out", str(place), "--json"]) == 0  # nothing is left to do
+        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
+        assert (place / "policy.ltlc").read_bytes() == before
+
+    def test_interruption_leaves_nothing_half_written(self) -> None:
+        options = ("--agent", "q-learning", "--hyper", "report_every=2000", "--num-envs", "2", "--out", "cut")
+        running = process("train", "F A", *SMALL_WORLD, *options, "--steps", "3000000")
+        assert running.stdout is not None
+        for line in running.stdout:
+            if " steps  P(satisfied)" in line:
+                running.send_signal(signal.SIGINT)
+                break
+        _, error = running.communicate(timeout=60)
+        assert running.returncode == 130
+        assert "q-learning keeps no checkpoint. Begin anew with: ltlc train --resume --out cut" in error
+        assert "Traceback" not in error
+        assert {path.name for path in Path("cut").iterdir()} == {"config.json", "dra.json", "metrics.csv"}
+        assert RunFolder.open("cut").metrics()[0]["steps"] >= 2000
+        assert run(["evaluate", "cut"]) == 2
+
+    def test_no_policy(self, capsys: pytest.CaptureFixture[str]) -> None:
+        options = ["--agent", "wang", "--hyper", "accuracy=0.2", "--out", "none"]
+        assert run(["train", "G !A & F A", *SMALL_WORLD, *options]) == 1
+        assert "the learned product has no accepting end component" in capsys.readouterr().err
+        assert json.loads(Path("none/result.json").read_text())["learned"] is None
+        assert run(["evaluate", "none"]) == 2
+        assert "holds no policy" in capsys.readouterr().err
+
+    def test_unknown_dynamics_are_sampled(self, capsys: pytest.CaptureFixture[str]) -> None:
+        hidden = ["--env", "hidden:Hidden-v0", "--labels", "hidden:labels", "--hyper", "accuracy=0.1"]
+        Path("hidden.py").write_text(textwrap.dedent(HIDDEN))
+        options = ["--agent", "wang", "--num-envs", "4", "--out", "coins", "--episode-steps", "40", "--json"]
+        assert run(["train", "F up", *hidden, *options]) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert not result["exact"] and result["learned"]["accepted_without_violation"]["value"] == 1
+        assert not Path("coins/curve.png").exists()
+
+    def test_the_label_of_the_first_observation_can_be_skipped(self, capsys: pytest.CaptureFixture[str]) -> None:
+        start = ["--env", "ltlc/Grid-v0", "--hyper", "accuracy=0.2", "--json", "--agent", "fu-topcu"]
+        for reading, formula in (("read", "!goal & F goal"), ("skip", "X F goal")):
+            assert run(["train", formula, *start, "--initial-label", reading, "--out", reading]) == 0
+            assert json.loads(capsys.readouterr().out)["learned"]["satisfaction"] == pytest.approx(1)
 
 
 @pytest.mark.parametrize(
@@ -167,8 +255,20 @@ class TestTrain:
         ([*LAKE[:-1], "zeta-discont"], "unknown reward scheme 'zeta-discont'. Did you mean zeta-discount"),
         ([*LAKE, "--set", "zetta=0.9"], "Did you mean zeta"),
         ([*LAKE, "--set", "zeta"], "expected KEY=VALUE"),
-        ([*LAKE, "--agent", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
-        ([*LAKE, "--agent", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
+        ([*LAKE, "--hyper", "batchsize=3"], "unknown hyperparameter 'batchsize'. Did you mean batch_size"),
+        ([*LAKE, "--hyper", "gamma"], "expected KEY=VALUE"),
+        ([*LAKE, "--agent", "q-lerning"], "unknown agent 'q-lerning'. Did you mean q-learning"),
+        ([*LAKE, "--agent", "sadigh", "--hyper", "hidden=[16]"], "unknown hyperparameter 'hidden'. Known: total_steps"),
+        ([*LAKE, "--agent", "wang", "--hyper", "delta=2"], "delta is 2; it must lie strictly between 0 and 1"),
+        ([*LAKE, "--agent", "wang", "--hyper", "iterations=many"], "iterations is 'many'; it must be a whole number"),
+        ([*LAKE, "--agent", "fu-topcu", "--config", "thesis"], "--config thesis is for the agent 'double-dqn'"),
+        ([*LAKE, "--agent", "fu-topcu", "--device", "cpu"], "tables stay in main memory"),
+        ([*POLE, "--agent", "q-learning"], "tabular learning needs observations that are discrete"),
+        (
+            ["FG A | FG B", "--env", "ltlc/Thesis5x5-v0", "--reward", "zeta-discount", "--agent", "fu-topcu"],
+            "leave the choice of a Rabin pair to the policy",
+        ),
+        ([*LAKE, "--hyper", "gamma=2"], "gamma is 2; it must be a number in [0, 1]"),
         ([*LAKE, "--env-set", "colour=3"], "FrozenLake-v1 cannot be made"),
         ([*LAKE, "--device", "gpu7"], "PyTorch cannot use the device 'gpu7'"),
         ([*LAKE, "--out", "sensors.py"], "sensors.py is a file"),
@@ -196,12 +296,12 @@ def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
     }
     damages = [
         ("policy.ltlc", content["policy.ltlc"][:-100], "policy is damaged"),
-        ("policy.ltlc", None, "holds no policy yet"),
+        ("policy.ltlc", None, "holds no policy"),
         ("dra.json", content["dra.json"][:50], "dra.json"),
         ("dra.json", None, "dra.json is missing"),
         ("config.json", b"{", "config.json is not the configuration of a run"),
-        ("config.json", b'{"format": 1}', "is missing"),
-        ("config.json", content["config.json"].replace(b'"format": 1', b'"format": 9'), "this version reads format 1"),
+        ("config.json", b'{"format": 2}', "is missing"),
+        ("config.json", content["config.json"].replace(b'"format": 2', b'"format": 9'), "this version reads format 2"),
         ("config.json", None, "no run folder"),
     ]
     for name, damaged, message in damages:
@@ -250,6 +350,52 @@ class TestSolve:
         assert "no map" in capsys.readouterr().err
 
 
+class TestPrism:
+    @staticmethod
+    def recheck(answer: dict[str, Any]) -> float:
+        """What Storm says of the files that are named in an answer."""
+        stormpy = pytest.importorskip("stormpy")
+        program, model, option, properties = shlex.split(answer["check"]["storm"])[1:]
+        assert (program, option) == ("--prism", "--prop")
+        parsed = stormpy.parse_prism_program(model)
+        (wanted,) = stormpy.parse_properties(Path(properties).read_text(), parsed)
+        built = stormpy.build_model(parsed, [wanted])
+        result = stormpy.model_checking(built, wanted)
+        start = built.initial_states[0]
+        return result.get_value(start) if hasattr(result, "get_value") else result.at(start)
+
+    @pytest.mark.parametrize("env", ["ltlc/Thesis5x5-v0", "ltlc/Thesis5x5Dynamic-v0"])
+    def test_the_largest_probability(self, env: str, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["solve", "!C U (A & (!C U B))", "--env", env, "--prism", "files", "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert {path.suffix for path in Path("files").iterdir()} == {".prism", ".props", ".tra", ".lab", ".sta"}
+        assert 0 < answer["maximum_satisfaction"][1] < 1
+        assert self.recheck(answer) == pytest.approx(answer["maximum_satisfaction"][1], abs=1e-5)
+
+    @pytest.mark.parametrize("agent", ["double-dqn", "q-learning", "wang"])
+    def test_what_was_learned(self, agent: str, capsys: pytest.CaptureFixture[str]) -> None:
+        coarse = ["--hyper", "accuracy=0.2"] if agent == "wang" else ["--steps", "3000"]
+        task = ["!C U A", "--env", "ltlc/Thesis5x5Dynamic-v0", "--out", "here", "--quiet", *coarse]
+        assert run(["train", *task, "--agent", agent, *(SMALL if agent == "double-dqn" else ())]) == 0
+        assert run(["evaluate", "here", "--prism", "chain", "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert self.recheck(answer) == pytest.approx(answer["learned"]["satisfaction"], abs=1e-5)
+        assert run(["evaluate", "here", "--prism", "chain"]) == 0
+        assert "prism chain/policy.prism chain/policy.props" in capsys.readouterr().out
+
+    def test_what_cannot_be_written(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["compile", "F goal", "-o", "task.json"]) == 0
+        nameless = json.loads(Path("task.json").read_text())
+        del nameless["formula"]
+        Path("task.json").write_text(json.dumps(nameless))
+        assert run(["solve", "task.json", *GRID[1:], "--prism", "files"]) == 2
+        assert "no formula that another program could check" in capsys.readouterr().err
+        assert run(["train", *POLE, "--steps", "60", "--episode-steps", "20", "--out", "pole", "-q", *SMALL]) == 0
+        assert run(["evaluate", "pole", "--prism", "files"]) == 2
+        assert "no Markov chain to write" in capsys.readouterr().err
+        assert not Path("files").exists()
+
+
 class TestReproduce:
     def test_case_1(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(reproduce, "QUICK", 500)
@@ -263,10 +409,20 @@ class TestReproduce:
         }
 
     def test_run_time_comparison(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(reproduce, "QUICK", 3000)
+        monkeypatch.setattr(runtime, "CASES", [("10x10", "phi_3"), ("5x5", "phi_4")])
+        monkeypatch.setattr(runtime, "AGENTS", ("sadigh", "fu-topcu"))
         assert run(["reproduce", "runtime", "--quick", "--out", "here"]) == 0
         out = capsys.readouterr().out
-        assert ">25 h (AMEC)" in out and "table 5.2" in out
+        assert "(table 5.1)" in out and ">25 h" in out and "(table 5.2)" in out and "375" in out
+        assert Path("here/runtime.png").read_bytes().startswith(b"\x89PNG")
+        monkeypatch.setattr(runtime, "SECONDS", 0.0)
+        assert run(["reproduce", "runtime", "--seeds", "2", "--json", "--out", "here"]) == 0
+        rows = json.loads(capsys.readouterr().out)
+        assert [row["thesis_product_states"] for row in rows] == [400, 400, 375, 375]
+        assert all(row["runs"] == 2 and row["reached"] < 2 for row in rows[:2])
+
+    def test_case_2(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(reproduce, "QUICK", 3000)
         assert run(["reproduce", "case2", "--dynamic", "--quick", "--out", "there", "--json"]) == 0
         (entry,) = json.loads(capsys.readouterr().out)
         assert entry["thesis_hours"] == 17.0

@@ -36,6 +36,19 @@ def test_same_with_processes() -> None:
     assert [a.to_hoa() for a in ltlc.compile_many(formulas, workers=2)] == [a.to_hoa() for a in alone]
 
 
+def test_processes_report_progress_and_stop_at_the_first_error() -> None:
+    rng = random.Random(6)
+    formulas = [reach_avoid(rng, 3) for _ in range(90)]
+    seen: list[tuple[int, int]] = []
+    ltlc.compile_many(formulas, workers=2, progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(i + 1, len(seen)) for i in range(len(seen))]
+    assert 64 <= len(seen) <= 90  # enough shapes for two processes
+    with pytest.raises(LtlSyntaxError, match="has no right operand"):
+        ltlc.compile_many([*formulas, "a &"], workers=2)
+    with pytest.raises(StateLimitExceeded, match="needs more than 2 states"):
+        ltlc.compile_many(formulas, workers=2, max_states=2)
+
+
 def test_shapes_are_shared() -> None:
     assert shape_of(ltlc.parse("F(x & F y)"))[0] is shape_of(ltlc.parse("F(b & F a)"))[0]
     assert shape_of(ltlc.parse("F(x & F y)"))[0] is not shape_of(ltlc.parse("F(x & F x)"))[0]

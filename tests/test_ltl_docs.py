@@ -12,6 +12,7 @@ import ltlc.ltl
 MODULES = [
     "diagnosis",
     "formula",
+    "grammar",
     "hierarchy",
     "implication",
     "normal",
@@ -20,8 +21,9 @@ MODULES = [
     "purity",
     "rewrite",
     "rule",
+    "rules_binary",
     "rules_boolean",
-    "rules_temporal",
+    "rules_unary",
     "semantics",
     "words",
 ]

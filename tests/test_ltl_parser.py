@@ -8,8 +8,10 @@ import random
 import time
 import warnings
 from collections.abc import Callable
+from typing import Any
 
 import pytest
+from lark import Lark, Tree, UnexpectedCharacters, UnexpectedToken
 from random_ltl import random_formula
 
 from ltlc.errors import LtlSyntaxError
@@ -38,6 +40,9 @@ from ltlc.ltl import (
     read_formulas,
     simplify,
 )
+from ltlc.ltl.diagnosis import _misreadings, may_be_misread
+from ltlc.ltl.grammar import UNKNOWN, Misfit
+from ltlc.ltl.parser import _builders, _grammar, parse_tokens
 
 a, b, c, d = map(Proposition, "abcd")
 
@@ -135,6 +140,7 @@ def test_quoted_names_may_hold_anything() -> None:
     ],
 )
 def test_surprising_readings_are_told(text: str, said: str) -> None:
+    assert may_be_misread(text)
     with pytest.warns(LtlSyntaxWarning) as caught:
         parse(text)
     assert len(caught) == 1
@@ -289,6 +295,8 @@ def test_character_soup_ends_in_a_formula_or_a_syntax_error() -> None:
             else:
                 parsed += 1
                 assert parse(str(formula)) is formula
+                _, tokens = parse_tokens(text)
+                assert may_be_misread(text) or not list(_misreadings(tokens()))
     assert parsed > 100
 
 
@@ -349,3 +357,44 @@ def test_copies_are_the_same_object(transfer: Callable[[Formula], Formula]) -> N
     for _ in range(50):
         formula = random_formula(rng, 12)
         assert transfer(formula) is formula
+
+
+# --- against Lark's own loop ------------------------------------------------------------------------------------------
+
+
+def test_the_table_is_run_as_lark_runs_it() -> None:
+    grammar = _grammar()
+    lark = Lark.open_from_package("ltlc.grammars", "ltl.lark", parser="lalr", lexer="basic")
+    pieces = ["a", "b", "(", ")", " U ", " W ", " & ", " | ", " xor ", "!", "X ", "F", "()", "->", "<->", "1", '"c"']
+    rng = random.Random(4)
+    texts = ["".join(rng.choice(pieces) for _ in range(rng.randint(1, 12))) for _ in range(6000)]
+    texts += [str(random_formula(rng, rng.randint(1, 30))) for _ in range(500)]
+    parsed = 0
+    for text in texts:
+        matches = grammar.scan(text)
+        kinds, words = [match.lastgroup or "" for match in matches], [match[0] for match in matches]
+        try:
+            assert [(token.type, str(token)) for token in lark.lex(text)] == list(zip(kinds, words, strict=True))
+            tree = lark.parse(text)
+        except UnexpectedCharacters:
+            assert UNKNOWN in kinds
+        except UnexpectedToken as error:
+            with pytest.raises(Misfit) as caught:
+                grammar.parse(kinds, words)
+            starts = [*(match.start() for match in matches), "end"]
+            assert starts[caught.value.index] == ("end" if error.token.type == "$END" else error.token.start_pos)
+        else:
+            parsed += 1
+            assert grammar.parse(kinds, words) is _built(tree), text
+    assert parsed > 600
+
+
+def _built(tree: Tree[Any]) -> Formula:
+    """The formula of a parse tree, by the names of the rules."""
+    rules = {rule: build for rule, build in vars(_builders()).items() if not rule.startswith("_")}
+    done: dict[int, Any] = {}
+    for node in tree.iter_subtrees():  # children first
+        done[id(node)] = rules[str(node.data)]([done.get(id(child), child) for child in node.children])
+    formula = done[id(tree)]
+    assert isinstance(formula, Formula)
+    return formula

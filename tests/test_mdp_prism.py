@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mdp_cases import thesis_world
 
-from ltlc import compile
+from ltlc import compile, parse
+from ltlc.envs import GridWorld, grid_map, labelled_mdp
 from ltlc.errors import FileFormatError, InvalidArgumentError
 from ltlc.mdp import (
     LabelledMDP,
     Product,
+    export_checkable,
     induced_process,
     max_satisfaction_probability,
     product_process,
@@ -20,6 +23,7 @@ from ltlc.mdp import (
     read_state_rewards,
     satisfaction_probability,
     to_prism_language,
+    with_one_start,
     with_sure_labels,
     write_explicit,
 )
@@ -66,9 +70,46 @@ def test_the_module_language_reads_like_the_model() -> None:
     p = np.array([[[0, 1.0], [0, 1]], [[0.25, 0.75], [0, 0]]])
     text = to_prism_language(LabelledMDP.from_arrays(p, aps="g", labels={1: "g"}, action_names=("go", "try")))
     assert text == (
-        "mdp\n\nmodule model\n  s : [0..1] init 0;\n  [go] s=0 -> 1.0 : (s'=1);\n  [try] s=0 -> 0.25 : (s'=0) + 0.75 "
-        ": (s'=1);\n  [go] s=1 -> 1.0 : (s'=1);\nendmodule\n\nlabel \"g\" = s=1;\n"
+        "mdp\n\nmodule model\n  s : [0..1] init 0;\n  [go] s=0 -> 1.0 : (s'=1);\n  [try] s=0 -> 0.25 : true + 0.75 "
+        ': (s\'=1);\n  [go] s=1 -> 1.0 : true;\nendmodule\n\nlabel "g" = s=1;\n'
     )
+
+
+def test_cells_and_automaton_states_are_variables(tmp_path: Path) -> None:
+    world = labelled_mdp(GridWorld(grid_map(["S.", ".g"], actions=4)))
+    text = to_prism_language(world)
+    assert "  row : [0..1] init 0;\n  column : [0..1] init 0;\n" in text
+    assert "  [RIGHT] row=0 & column=0 -> 1.0 : (column'=1);" in text
+    assert 'label "g" = (row=1 & column=1);' in text
+    product = Product(world, compile("F g"))
+    chain = to_prism_language(induced_process(product, np.full(product.n_states, 1)))
+    assert chain.startswith("dtmc") and "  [] row=0 & column=0 & q=0 -> 1.0 : (column'=1);" in chain
+    (sta,) = [path for path in write_explicit(product_process(product), tmp_path / "m") if path.suffix == ".sta"]
+    assert sta.read_text().startswith("(row,column,q)\n0:(0,0,0)\n")
+    hidden = labelled_mdp(GridWorld(grid_map(["S.", ".g"], actions=4, labels={"g": 0.5})))
+    assert "row=1 & column=1 & letter=1" in to_prism_language(with_sure_labels(hidden)[0])
+
+
+def test_names_that_mean_something_to_prism() -> None:
+    p = np.eye(2)[None].repeat(2, axis=0)
+    assert "[a0] s=0" in to_prism_language(LabelledMDP.from_arrays(p, action_names=("F", "max")))
+    with pytest.raises(InvalidArgumentError, match="name of a label"):
+        to_prism_language(LabelledMDP.from_arrays(p, aps=["init"]))
+
+
+def test_a_random_start_becomes_a_state() -> None:
+    mdp = random_mdp(1)
+    assert with_one_start(mdp) == (mdp, False)
+    scattered = LabelledMDP.from_arrays(
+        mdp.transitions, aps="ab", labels={0: ["a"], 1: ["a", "b"], 2: ["b"]}, initial_distribution=np.full(7, 1 / 7)
+    )
+    one, later = with_one_start(scattered)
+    assert later and one.n_states == 8 and one.initial_state == 7
+    for formula in ("a U b", "F(a & X !a)"):
+        before = max_satisfaction_probability(Product(scattered, compile(formula))).probability
+        after = max_satisfaction_probability(Product(one, compile(f"X({formula})"))).probability
+        # the first action is chosen before it is known where it starts, which changes nothing: it has no effect
+        assert after == pytest.approx(before, abs=1e-9)
 
 
 @pytest.mark.parametrize(("tra", "message"), [
@@ -167,3 +208,27 @@ def test_the_thesis_grid_in_the_module_language(tmp_path: Path) -> None:
     model = stormpy.build_model(stormpy.parse_prism_program(str(tmp_path / "grid.prism")))
     text = 'Pmax=? [!"C" U ("A" & (!"C" U ("B" & (!"C" U "T"))))]'
     assert storm_says(stormpy, model, text) == pytest.approx(0.923638, abs=1e-4)
+
+
+@pytest.mark.parametrize("initial_label", ["read", "skip"])
+@pytest.mark.parametrize("scattered", [False, True])
+def test_storm_agrees_on_what_is_exported(tmp_path: Path, initial_label: str, scattered: bool) -> None:
+    stormpy = pytest.importorskip("stormpy")
+    mdp = random_mdp(5, n=6, n_actions=2, random_labels=True)
+    if scattered:
+        mdp = replace(mdp, initial_distribution=np.full(6, 1 / 6))
+    formula = "(!a U b) | G F a & F G !b"
+    sure, _ = with_sure_labels(mdp)
+    product = Product(sure, compile(formula), initial_label=initial_label)
+    policy = product.choice_action[product.choice_start[:-1]]
+    ours = {
+        "model": max_satisfaction_probability(product).probability,
+        "policy": satisfaction_probability(product, policy).probability,
+    }
+    for stem, process in (("model", mdp), ("policy", induced_process(product, policy))):
+        files = export_checkable(process, parse(formula), tmp_path, stem, initial_label=initial_label)
+        program = stormpy.parse_prism_program(str(files.model))
+        (wanted,) = stormpy.parse_properties(files.properties.read_text(), program)
+        value = storm_says(stormpy, stormpy.build_model(program, [wanted]), files.properties.read_text())
+        assert value == pytest.approx(ours[stem], abs=1e-5)
+        assert files.prism == f"prism {files.model} {files.properties}"

@@ -11,8 +11,8 @@ import pytest
 from formula_of_node import closure_of, formula_of_node, formula_of_obligation, unlimited
 from random_ltl import random_formula, random_nesting, random_task, random_word
 
+from ltlc.automata import equivalent_states
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
-from ltlc.automata.compare import equivalent_states
 from ltlc.errors import StateLimitExceeded
 from ltlc.ltl import Formula, LassoWord, parse, satisfies
 from ltlc.translate import translate
@@ -361,10 +361,10 @@ def test_products_without_reduction() -> None:
 
 def test_fairness_rests_until_the_rest_has_settled() -> None:
     """Six states of X-memory for G F(a & X X b) would multiply the way to the goal; suspended, they are added."""
-    alone = translate(parse("G F(a & X X b)"), translator="product", acceptance="transition").n_states
-    way = translate(parse("F(c & X F(c & X F c))"), translator="product", acceptance="transition").n_states
+    alone = translate(parse("G F(a & X X b)"), translator="normal-form", acceptance="transition").n_states
+    way = translate(parse("F(c & X F(c & X F c))"), translator="normal-form", acceptance="transition").n_states
     both = parse("F(c & X F(c & X F c)) & G F(a & X X b)")
-    assert translate(both, translator="product", acceptance="transition").n_states == way - 1 + alone
+    assert translate(both, translator="normal-form", acceptance="transition").n_states == way - 1 + alone
 
 
 def test_decided_components_leave_the_skeleton() -> None:

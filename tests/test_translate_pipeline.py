@@ -137,7 +137,7 @@ def test_the_limit_on_states(translator: str) -> None:
     assert "--max-states, max_states=" in message
 
 
-@pytest.mark.parametrize("translator", ["auto", "product", "safra", "dual-safra", "dual-normal-form"])
+@pytest.mark.parametrize("translator", ["auto", "product", "normal-form", "safra", "dual-safra"])
 def test_the_limit_on_time(translator: str) -> None:
     with pytest.raises(TimeLimitExceeded) as caught:
         translate(parse(HARD), translator=translator, timeout=0.02)

@@ -13,12 +13,13 @@ from gymnasium.vector import VectorEnv
 from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
-from ltlc.rewards import OnDeadlock, RewardScheme
+from ltlc.mdp import LabelledMDP, Product, RewardProduct
+from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables
 from ltlc.rewards.scheme import Steps
 from ltlc.task import Task
 
 from ..collect import Collector, Interface
-from ..encoder import ObservationEncoder
+from ..encoder import JOINT_LIMIT, ObservationEncoder
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
@@ -44,8 +45,7 @@ class Experience:
     """What a tabular learner knows of an environment: it can be reset and stepped, and its states have numbers.
 
     Args:
-        env: an `LTLVectorWrapper` (or wrappers around one) over an environment with discrete observations and actions,
-            reading the label of the first observation (`initial_label="read"`).
+        env: an `LTLVectorWrapper` (or wrappers around one) over an environment with discrete observations and actions.
         seed: of the environment.
         unrewarded: whether the rewards of the task, which may also end episodes, are left out. Learners of a model
             want to see what comes after. Episodes then end only where the environment ends them; one that has parts
@@ -56,10 +56,12 @@ class Experience:
         tables: reward tables of the task.
         n_states: number of environment states.
         n_actions: number of actions.
+        initial_label: whether the label of the first observation is read.
         steps: environment steps so far, all sub-environments together.
 
     Raises:
-        InvalidArgumentError: there is no `LTLVectorWrapper`, or the observations are not numbered.
+        InvalidArgumentError: there is no `LTLVectorWrapper`, the observations are not numbered, or the rewards leave
+            the choice of a Rabin pair to the policy.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], seed: int, *, unrewarded: bool = False) -> None:
@@ -69,18 +71,23 @@ class Experience:
             raise InvalidArgumentError("a tabular learner needs a task; put LTLVectorWrapper around the environment")
         if unrewarded:
             task = Task(wrapper.task.automaton, _Unrewarded())
-            wrapper = LTLVectorWrapper(wrapper.env, task, wrapper.labels, extra_labels="ignore")
+            wrapper = LTLVectorWrapper(
+                wrapper.env, task, wrapper.labels, initial_label=wrapper.initial_label, extra_labels="ignore"
+            )
             interface = Interface.of(wrapper)
+        check_choices(wrapper.task)
         self._encoder = ObservationEncoder(interface.space)
         if not self._encoder.n_observations:
             raise InvalidArgumentError(
-                f"tabular learning needs a small number of observations; this environment shows {interface.space}"
+                f"tabular learning needs observations that are discrete, {JOINT_LIMIT} of them at most; this "
+                f'environment shows {interface.space}. Take the agent "double-dqn"'
             )
         self._collector = Collector(interface, self._encoder)
         self._collector.reset(seed)
         self.automaton, self.tables = wrapper.task.automaton, wrapper.task.tables
         self.n_states, self.n_actions = self._encoder.n_observations, interface.n_actions
         self.n_envs = env.num_envs
+        self.initial_label = wrapper.initial_label
         self.steps = 0
 
     @property
@@ -107,8 +114,29 @@ class Experience:
             np.asarray(steps.terminated, dtype=np.bool_),
         )
 
+    def product(self, mdp: LabelledMDP) -> Product:
+        """The product of a model of the environment with the automaton."""
+        return Product(mdp, self.automaton, initial_label=self.initial_label)
+
+    def reward_product(self, mdp: LabelledMDP, tables: RewardTables) -> RewardProduct:
+        """The product of a model of the environment with reward tables."""
+        return RewardProduct(mdp, tables, initial_label=self.initial_label)
+
     def _number(self, packed: npt.NDArray[Any]) -> IntArray:
         return np.asarray(self._encoder.index(torch.from_numpy(packed)).numpy())
+
+
+def check_choices(task: Task) -> None:
+    """Check that the rewards of a task leave nothing to the policy but actions.
+
+    Raises:
+        InvalidArgumentError: they leave the choice of a Rabin pair to it.
+    """
+    if task.tables.n_choices:
+        raise InvalidArgumentError(
+            f"the rewards {task.scheme.name!r} leave the choice of a Rabin pair to the policy, which tables cannot "
+            'make; take the rewards "parity", or the agent "double-dqn"'
+        )
 
 
 @dataclass(frozen=True)

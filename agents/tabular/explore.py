@@ -8,7 +8,7 @@ from ltlc.mdp import max_reachability, policy_iteration
 
 from .experience import BoolArray, Experience, IntArray
 from .model import EmpiricalModel
-from .planning import cut
+from .planning import NOTHING_TO_REACH, cut
 
 DISCOUNT = 0.99
 """how soon to arrive at unknown states."""
@@ -46,6 +46,18 @@ class Explorer:
         self.known: BoolArray = np.zeros(experience.n_states, dtype=np.bool_)
         self._way: IntArray = np.zeros(experience.n_states, dtype=np.int64)
         self.finished = False
+
+    @property
+    def progress(self) -> str:
+        """How much is known, as a sentence."""
+        return f"{int(self.known.sum())} of {self.model.n_states} states are known"
+
+    @property
+    def failure(self) -> str:
+        """Why there is no policy, where the learned product has no accepting end component."""
+        if self.finished:
+            return f"{self.progress}; {NOTHING_TO_REACH}"
+        return f"{self.progress} to within {self._accuracy:g}, too few; allow more steps, or a larger accuracy"
 
     def step(self) -> None:
         """One step in each sub-environment."""

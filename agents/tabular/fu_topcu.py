@@ -8,21 +8,19 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import VectorEnv
 
-from ltlc.errors import InvalidArgumentError
-from ltlc.mdp import Product
-
+from .config import LearnerConfig, check_open, check_positive
 from .experience import Experience
 from .explore import Explorer
 from .learned import Callback, Learned, Stopwatch
-from .planning import NOTHING_TO_REACH, accepting_components, as_table, reach_and_stay
+from .planning import accepting_components, as_table, reach_and_stay
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuTopcuConfig:
+class FuTopcuConfig(LearnerConfig):
     """Hyperparameters of PAC learning with temporal logic constraints.
 
     Raises:
-        InvalidArgumentError: a value is out of range.
+        InvalidArgumentError: a value is of the wrong kind or out of range.
 
     References:
         J. Fu, U. Topcu, Probably approximately correct MDP learning and control with temporal logic constraints, RSS
@@ -49,13 +47,9 @@ class FuTopcuConfig:
     """environment steps from one product, its plan and call back to the next, >= 1."""
 
     def __post_init__(self) -> None:
-        for name in ("epsilon", "delta", "discount", "accuracy"):
-            value = getattr(self, name)
-            if value is not None and not 0 < value < 1:
-                raise InvalidArgumentError(f"{name} is {value}; it must lie strictly between 0 and 1")
-        for name in ("time_horizon", "total_steps", "refresh_every", "report_every"):
-            if getattr(self, name) < 1:
-                raise InvalidArgumentError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        super().__post_init__()
+        check_open(self, "epsilon", "delta", "discount", "accuracy")
+        check_positive(self, "time_horizon", "refresh_every")
 
     def accuracy_for(self, n_states: int) -> float:
         """The accuracy that is asked for in an environment of so many states."""
@@ -66,7 +60,6 @@ def train_fu_topcu(
     env: VectorEnv[Any, Any, Any],
     config: FuTopcuConfig | None = None,
     *,
-    seed: int = 0,
     callback: Callback | None = None,
 ) -> Learned:
     """Learn the transition probabilities, then reach accepting components of the learned product and stay there.
@@ -88,9 +81,9 @@ def train_fu_topcu(
     """
     config = config or FuTopcuConfig()
     watch = Stopwatch()
-    experience = Experience(env, seed, unrewarded=True)
+    experience = Experience(env, config.seed, unrewarded=True)
     accuracy = config.accuracy_for(experience.n_states)
-    explorer = Explorer(experience, accuracy, config.delta, config.epsilon, np.random.default_rng([seed, 1]))
+    explorer = Explorer(experience, accuracy, config.delta, config.epsilon, np.random.default_rng([config.seed, 1]))
     reported = 0
     while True:
         for _ in range(config.refresh_every):
@@ -105,18 +98,15 @@ def train_fu_topcu(
 
 
 def _plan(experience: Experience, explorer: Explorer, config: FuTopcuConfig, watch: Stopwatch) -> Learned:
-    product = Product(explorer.model.labelled_mdp(), experience.automaton)
+    product = experience.product(explorer.model.labelled_mdp())
     components = accepting_components(product, explorer.known, config.discount)
-    policy, probability = None, 0.0
-    progress = f"{int(explorer.known.sum())} of {experience.n_states} states are known"
+    policy, probability, message = None, 0.0, explorer.failure
     if components.n_components:
         plan = reach_and_stay(product, components, explorer.known, config.discount)
-        policy, probability = as_table(product, plan.policy), plan.probability
-    elif explorer.finished:
-        progress += f"; {NOTHING_TO_REACH}"
+        policy, probability, message = as_table(product, plan.policy), plan.probability, explorer.progress
     return Learned(
         policy=policy,
-        message=progress,
+        message=message,
         steps=experience.steps,
         seconds=watch.seconds,
         product_states=product.n_states,

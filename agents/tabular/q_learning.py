@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from ltlc.errors import InvalidArgumentError
-
 from ..update import reachable_states
+from .config import LearnerConfig, check_positive, check_probability
 from .experience import Batch, Experience, IntArray
 from .learned import Callback, Learned, Stopwatch
 
@@ -19,11 +18,11 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class QLearningConfig:
+class QLearningConfig(LearnerConfig):
     """Hyperparameters of tabular Q-learning.
 
     Raises:
-        InvalidArgumentError: a value is out of range.
+        InvalidArgumentError: a value is of the wrong kind or out of range.
 
     References:
         C. Watkins, P. Dayan, Q-learning, Machine Learning 8, 1992, doi 10.1007/BF00992698.
@@ -47,25 +46,17 @@ class QLearningConfig:
     """probability of a random action at the start, in [0, 1]."""
     epsilon_final: float = 0.3
     """probability of a random action after half of the steps, in [0, 1]; linear in between."""
-    total_steps: int = 1_000_000
-    """environment steps, >= 1."""
-    report_every: int = 20_000
-    """environment steps from one call back to the next, >= 1."""
 
     def __post_init__(self) -> None:
-        if not self.horizon > 0 or min(self.total_steps, self.report_every) < 1:
-            raise InvalidArgumentError("horizon must be positive, total_steps and report_every at least 1")
-        if not self.averaging_steps > 0:
-            raise InvalidArgumentError(f"averaging_steps is {self.averaging_steps}; it must be positive")
-        if not (0 <= self.epsilon_start <= 1 and 0 <= self.epsilon_final <= 1):
-            raise InvalidArgumentError("epsilon_start and epsilon_final are probabilities")
+        super().__post_init__()
+        check_positive(self, "horizon", "averaging_steps")
+        check_probability(self, "epsilon_start", "epsilon_final")
 
 
 def train_q_learning(
     env: VectorEnv[Any, Any, Any],
     config: QLearningConfig | None = None,
     *,
-    seed: int = 0,
     callback: Callback | None = None,
 ) -> Learned:
     """Learn the values of the reward tables of an `LTLVectorWrapper`; the policy is over their states.
@@ -81,11 +72,7 @@ def train_q_learning(
     """
     config = config or QLearningConfig()
     watch = Stopwatch()
-    experience, generator = Experience(env, seed), np.random.default_rng([seed, 1])
-    if experience.tables.n_choices:
-        raise InvalidArgumentError(
-            'tabular Q-learning cannot choose Rabin pairs; use the reward scheme "parity", or the bundled deep agent'
-        )
+    experience, generator = Experience(env, config.seed), np.random.default_rng([config.seed, 1])
     learner = _QLearner(experience, config, generator)
     reported = 0
     while True:
@@ -95,7 +82,7 @@ def train_q_learning(
         over = experience.steps >= config.total_steps
         if over or experience.steps // config.report_every > reported:
             reported = experience.steps // config.report_every
-            learned = learner.learned(watch, "all steps were made" if over else "training goes on")
+            learned = learner.learned(watch)
             if watch.report(callback, learned) or over:
                 return learned
 
@@ -134,15 +121,16 @@ class _QLearner:
         weight = min(len(batch.state) / self.config.averaging_steps, 1.0)
         self.average += weight * (sum(self.q) / len(self.q) - self.average)
 
-    def learned(self, watch: Stopwatch, message: str) -> Learned:
+    def learned(self, watch: Stopwatch) -> Learned:
         """The greedy policy."""
         state, q = self.first
+        visited = int(self.visited.sum())
         return Learned(
             policy=np.asarray(self.average.argmax(axis=1)),
-            message=message,
+            message=f"{visited} product states visited",
             steps=self.experience.steps,
             seconds=watch.seconds,
-            product_states=int(self.visited.sum()),
+            product_states=visited,
             accepting_components=None,
             value=float(self.average[state, :, q].max(axis=1).mean()),
         )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
+from .config import LearnerConfig
 from .fu_topcu import FuTopcuConfig, train_fu_topcu
 from .learned import Learned
 from .q_learning import QLearningConfig, train_q_learning
@@ -22,10 +22,13 @@ class Learner:
     citation: str
     description: str
     """one sentence."""
-    config: Any
-    """default hyperparameters, a frozen dataclass."""
+    config: LearnerConfig
+    """default hyperparameters."""
     train: Callable[..., Learned]
-    """called as train(env, config, seed=..., callback=...)."""
+    """called as train(env, config, callback=...)."""
+    uses_rewards: bool = False
+    """whether it learns from the rewards of the task, and its policy is over their states; others go by the automaton
+    alone."""
 
 
 _ALL = (
@@ -35,6 +38,7 @@ _ALL = (
         "Values of the rewards of the task, taught to every automaton state at each step.",
         QLearningConfig(),
         train_q_learning,
+        uses_rewards=True,
     ),
     Learner(
         "double-q-learning",
@@ -42,6 +46,7 @@ _ALL = (
         "Q-learning with two tables, one to choose the next action and the other to value it.",
         QLearningConfig(double=True),
         train_q_learning,
+        uses_rewards=True,
     ),
     Learner(
         "fu-topcu",

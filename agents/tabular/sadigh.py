@@ -13,6 +13,7 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import ExplicitMDP, RewardProduct
 from ltlc.rewards import RewardTables, get_scheme
 
+from .config import LearnerConfig, check_open, check_positive, check_probability
 from .experience import Experience, IntArray
 from .learned import Callback, Learned, Stopwatch
 from .model import EmpiricalModel
@@ -21,11 +22,11 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class SadighConfig:
+class SadighConfig(LearnerConfig):
     """Hyperparameters of model-based temporal differences with Rabin weights.
 
     Raises:
-        InvalidArgumentError: a value is out of range.
+        InvalidArgumentError: a value is of the wrong kind or out of range.
 
     References:
         D. Sadigh, E. S. Kim, S. Coogan, S. S. Sastry, S. A. Seshia, A learning based approach to control synthesis of
@@ -48,25 +49,20 @@ class SadighConfig:
     """sweeps of temporal differences over the learned product after each batch of steps, >= 1."""
     total_steps: int = 400_000
     """environment steps, >= 1."""
-    batch_steps: int = 10_000
+    report_every: int = 10_000
     """environment steps from one product, its sweeps and call back to the next, >= 1."""
 
     def __post_init__(self) -> None:
-        if not (self.weight_inf > 0 and self.weight_fin > 0):
-            raise InvalidArgumentError("weight_inf and weight_fin must be positive")
-        if not (0 < self.gamma < 1 and 0 < self.learning_rate <= 1):
-            raise InvalidArgumentError("gamma must lie in (0, 1), learning_rate in (0, 1]")
-        if not (0 <= self.epsilon_start <= 1 and 0 <= self.epsilon_final <= 1):
-            raise InvalidArgumentError("epsilon_start and epsilon_final are probabilities")
-        if min(self.sweeps, self.total_steps, self.batch_steps) < 1:
-            raise InvalidArgumentError("sweeps, total_steps and batch_steps must be at least 1")
+        super().__post_init__()
+        check_open(self, "gamma")
+        check_positive(self, "weight_inf", "weight_fin", "learning_rate", "sweeps")
+        check_probability(self, "learning_rate", "epsilon_start", "epsilon_final")
 
 
 def train_sadigh(
     env: VectorEnv[Any, Any, Any],
     config: SadighConfig | None = None,
     *,
-    seed: int = 0,
     callback: Callback | None = None,
 ) -> Learned:
     """Learn a model and, on its product with the automaton, the values of rewards given by the Rabin pairs.
@@ -83,7 +79,7 @@ def train_sadigh(
     """
     config = config or SadighConfig()
     watch = Stopwatch()
-    experience, generator = Experience(env, seed, unrewarded=True), np.random.default_rng([seed, 1])
+    experience, generator = Experience(env, config.seed, unrewarded=True), np.random.default_rng([config.seed, 1])
     model = EmpiricalModel(experience)
     pairs = [_Pair(experience, config, i) for i in range(experience.automaton.n_pairs)]
     if not pairs:
@@ -93,19 +89,20 @@ def train_sadigh(
     while True:
         part = min(2 * experience.steps / config.total_steps, 1.0)
         epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * part
-        until = min(experience.steps + config.batch_steps, config.total_steps)
+        until = min(experience.steps + config.report_every, config.total_steps)
         while experience.steps < until:
             greedy = best.policy[experience.state, automaton_state[experience.table_state]]
             random = generator.integers(experience.n_actions, size=len(greedy))
             explore = generator.random(len(greedy)) < epsilon
             model.add(experience.step(np.where(explore, random, greedy)))
         learned_mdp = model.labelled_mdp()
-        sizes = [pair.learn(RewardProduct(learned_mdp, pair.tables)) for pair in pairs]
+        sizes = [pair.learn(experience.reward_product(learned_mdp, pair.tables)) for pair in pairs]
         best = max(pairs, key=lambda pair: pair.start_value)
+        chosen = f"; Rabin pair {best.index} of {len(pairs)} is worth most" if len(pairs) > 1 else ""
         over = experience.steps >= config.total_steps
         learned = Learned(
             policy=best.policy.copy(),
-            message=f"Rabin pair {best.index} of {len(pairs)} is worth most",
+            message=f"{max(sizes)} product states in the model{chosen}",
             steps=experience.steps,
             seconds=watch.seconds,
             product_states=max(sizes),

@@ -11,23 +11,23 @@ from gymnasium.vector import VectorEnv
 from scipy import sparse
 from scipy.sparse import linalg
 
-from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import Product
 
+from .config import LearnerConfig, check_open, check_positive
 from .experience import Experience, IntArray
 from .explore import Explorer
 from .learned import Callback, Learned, Stopwatch
-from .planning import NOTHING_TO_REACH, Components, accepting_components, as_table, cut
+from .planning import Components, accepting_components, as_table, cut
 
 FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class WangConfig:
+class WangConfig(LearnerConfig):
     """Hyperparameters of the actor-critic method.
 
     Raises:
-        InvalidArgumentError: a value is out of range.
+        InvalidArgumentError: a value is of the wrong kind or out of range.
 
     References:
         J. Wang, X. Ding, M. Lahijanian, I. Paschalidis, C. Belta, Temporal logic motion control using actor-critic
@@ -52,25 +52,19 @@ class WangConfig:
     """environment steps at most, >= 1."""
     refresh_every: int = 32
     """steps of each sub-environment from one look at what is known to the next, >= 1."""
-    report_every: int = 10
-    """rounds from one call back to the next, >= 1."""
+    report_rounds: int = 10
+    """rounds from one call back to the next, once exploration is over, >= 1."""
 
     def __post_init__(self) -> None:
-        for name in ("accuracy", "delta", "discount"):
-            if not 0 < getattr(self, name) < 1:
-                raise InvalidArgumentError(f"{name} is {getattr(self, name)}; it must lie strictly between 0 and 1")
-        if not self.step_size > 0:
-            raise InvalidArgumentError(f"step_size is {self.step_size}; it must be positive")
-        for name in ("iterations", "total_steps", "refresh_every", "report_every"):
-            if getattr(self, name) < 1:
-                raise InvalidArgumentError(f"{name} is {getattr(self, name)}; it must be at least 1")
+        super().__post_init__()
+        check_open(self, "accuracy", "delta", "discount")
+        check_positive(self, "step_size", "iterations", "refresh_every", "report_rounds")
 
 
 def train_wang(
     env: VectorEnv[Any, Any, Any],
     config: WangConfig | None = None,
     *,
-    seed: int = 0,
     callback: Callback | None = None,
 ) -> Learned:
     """Learn the transition probabilities, then a randomised policy that reaches accepting components.
@@ -94,13 +88,19 @@ def train_wang(
     """
     config = config or WangConfig()
     watch = Stopwatch()
-    experience = Experience(env, seed, unrewarded=True)
-    explorer = Explorer(experience, config.accuracy, config.delta, 0.0, np.random.default_rng([seed, 1]))
+    experience = Experience(env, config.seed, unrewarded=True)
+    explorer = Explorer(experience, config.accuracy, config.delta, 0.0, np.random.default_rng([config.seed, 1]))
+    reported = 0
     while not explorer.finished and experience.steps < config.total_steps:
         for _ in range(config.refresh_every):
             explorer.step()
         explorer.refresh()
-    product = Product(explorer.model.labelled_mdp(), experience.automaton)
+        if experience.steps // config.report_every > reported:
+            reported = experience.steps // config.report_every
+            exploring = Learned(None, explorer.progress, experience.steps, watch.seconds, 0, None, 0.0)
+            if watch.report(callback, exploring):
+                return exploring
+    product = experience.product(explorer.model.labelled_mdp())
     components = accepting_components(product, explorer.known, config.discount)
 
     def learned(policy: npt.NDArray[Any] | None, value: float, message: str) -> Learned:
@@ -108,12 +108,12 @@ def train_wang(
         return Learned(policy, message, experience.steps, watch.seconds, product.n_states, found, value)
 
     if not components.n_components:
-        return learned(None, 0.0, NOTHING_TO_REACH)
+        return learned(None, 0.0, explorer.failure)
     actor_critic = _ActorCritic(product, components, config)
     for iteration in range(1, config.iterations + 1):
         value = actor_critic.improve()
         over = iteration == config.iterations
-        if over or iteration % config.report_every == 0:
+        if over or iteration % config.report_rounds == 0:
             table = as_table(product, actor_critic.policy())
             result = learned(table, value, f"{iteration} rounds of critic and actor")
             if watch.report(callback, result) or over:

@@ -5,7 +5,8 @@ from ltlc.automata.annotate import Annotations, ComponentKind, annotate
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.automata.canonical import canonical
 from ltlc.automata.collapse import Minimized, collapse
-from ltlc.automata.compare import counterexample, equivalent, equivalent_states, included, is_empty
+from ltlc.automata.compare import counterexample, equivalent, included, is_empty
+from ltlc.automata.languages import equivalent_states
 from ltlc.automata.lower_bound import lower_bound
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.pair_choice import limit_deterministic

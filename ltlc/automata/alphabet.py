@@ -110,9 +110,20 @@ def quoted(name: str) -> str:
     return str(Proposition(name))
 
 
-def proposition_column(index: int, n_aps: int) -> BoolArray:
-    """The letters that contain proposition `index`, shape (2**n_aps,), bool."""
-    return np.tile(np.repeat(np.array([False, True]), 1 << index), 1 << (n_aps - 1 - index))
+def proposition_table(index: int, n_aps: int) -> int:
+    """The letters that contain proposition `index`, as a truth table (bit k = value at letter k)."""
+    width = 1 << index
+    table = ((1 << width) - 1) << width
+    while width < 1 << n_aps:
+        width *= 2
+        table |= table << width
+    return table & ((1 << (1 << n_aps)) - 1)
+
+
+def truth_column(table: int, size: int) -> BoolArray:
+    """The lowest bits of a truth table as a column, shape (size,), bool."""
+    octets = np.frombuffer(table.to_bytes((size + 7) // 8, "little"), dtype=np.uint8)
+    return np.unpackbits(octets, count=size, bitorder="little").astype(np.bool_)
 
 
 def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_aps: int) -> tuple[IntArray, IntArray]:

@@ -15,8 +15,8 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
     Letter classes that no reachable state tells apart are merged, and numbered by their first letter. Propositions,
     pairs and their order stay. Two automata that differ in numbering alone get equal arrays.
     """
-    by_first_letter = np.argsort(automaton.alphabet.first_letter, kind="stable")
-    rows = automaton.delta[:, by_first_letter].tolist()
+    by_first_letter: list[int] = np.argsort(automaton.alphabet.first_letter, kind="stable").tolist()
+    rows = [[row[c] for c in by_first_letter] for row in automaton.rows]
     order = [automaton.initial_state]
     number = {automaton.initial_state: 0}
     for state in order:  # grows while it is read
@@ -25,33 +25,30 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
                 number[target] = len(order)
                 order.append(target)
 
-    on_edges = automaton.acceptance == "transition"
     delta = [[number[target] for target in rows[state]] for state in order]
-    marks = automaton.edge_marks if on_edges else []
-    columns: dict[tuple[object, ...], int] = {}
-    merged = np.empty(automaton.n_classes, dtype=np.int32)
-    kept: list[int] = []
-    for position, old_class in enumerate(by_first_letter.tolist()):
-        column: tuple[object, ...] = tuple(row[position] for row in delta)
-        if on_edges:
-            column = (column, tuple(marks[state][old_class] for state in order))
-        if column not in columns:
-            columns[column] = len(columns)
-            kept.append(position)
-        merged[old_class] = columns[column]
-
-    if on_edges:
-        chosen = by_first_letter[kept]
-        fin, inf = automaton.fin[:, order][:, :, chosen], automaton.inf[:, order][:, :, chosen]
-    else:
-        fin, inf = automaton.fin[:, order], automaton.inf[:, order]
+    told_apart_by = delta
+    if automaton.acceptance == "transition":
+        marks = automaton.edge_marks
+        told_apart_by = delta + [[marks[state][c] for c in by_first_letter] for state in order]
+    columns: dict[tuple[int, ...], int] = {}
+    merged = [columns.setdefault(column, len(columns)) for column in zip(*told_apart_by, strict=True)]
+    in_order = order == list(range(automaton.n_states))
+    if in_order and len(columns) == automaton.n_classes and by_first_letter == merged:
+        return automaton
+    kept = [merged.index(column) for column in range(len(columns))]
+    fin, inf = automaton.fin[:, order], automaton.inf[:, order]
+    if automaton.acceptance == "transition":
+        chosen = [by_first_letter[position] for position in kept]
+        fin, inf = fin[:, :, chosen], inf[:, :, chosen]
+    merged_class = np.empty(automaton.n_classes, dtype=np.int32)
+    merged_class[by_first_letter] = merged
     names = automaton.state_names
     return replace(
         automaton,
         delta=np.array(delta, dtype=np.int32)[:, kept],
-        letter_class=merged[automaton.letter_class],
+        letter_class=merged_class[automaton.letter_class],
         fin=fin,
         inf=inf,
         initial_state=0,
         state_names=None if names is None else tuple(names[state] for state in order),
-    )
+    ).keeping_languages(automaton, order)

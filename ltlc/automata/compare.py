@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ltlc import graph
-from ltlc.automata.alphabet import Alphabet, BoolArray, IntArray, letter_classes
-from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_nodes, accepting_walk, exactly_one, only_first
-from ltlc.automata.partition import number_blocks, pairs_within, refine
+from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
+from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_walk, exactly_one, only_first
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
@@ -78,75 +76,6 @@ def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[
     product = _product(a, b)
     walk = accepting_walk(product.edges, exactly_one(a.n_pairs, b.n_pairs), 0)
     return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
-
-
-def equivalent_states(a: RabinAutomaton, max_edges: int | None = None) -> IntArray:
-    """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
-
-    Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
-    not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
-    exactly one side accepts.
-
-    Args:
-        a: any Rabin automaton.
-        max_edges: product edges to look at; the largest groups of states that would need more count as different, so
-            that states of one class still have the same language. None: decide all.
-    """
-    bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
-    first = np.unique(bisimilar, return_index=True)[1]
-    delta = bisimilar[a.delta[first]]
-    marks = [a.edge_marks[q] for q in first.tolist()]
-    block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
-    left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
-    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
-
-    shift = 2 * a.n_pairs
-    rows = delta.tolist()
-    edges: list[list[tuple[int, int]]] = []
-    told_apart: set[int] = set()
-    for p, q in node:
-        steps = {
-            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
-        }
-        if all((s, t) in node for s, t, _ in steps):
-            edges.append(sorted((node[s, t], m) for s, t, m in steps))
-        else:
-            told_apart.add(len(edges))
-            edges.append([])
-    told_apart |= accepting_nodes(edges, exactly_one(a.n_pairs, a.n_pairs))
-    different = np.zeros(len(left), dtype=np.bool_)
-    different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
-
-    smallest = np.arange(len(first))
-    np.minimum.at(smallest, left[~different], right[~different])
-    return number_blocks(smallest[bisimilar].tolist())
-
-
-def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
-    """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
-    n_states, n_classes = delta.shape
-    blocks = np.zeros(n_states, dtype=np.int32)
-    if not 1 <= n_pairs <= 31:
-        return blocks
-    target = delta.T.astype(np.int64)
-    seen = np.array(marks, dtype=np.int64).T
-    rows = np.arange(n_classes)[:, None]
-    verdicts = [_accepted_for_ever(target, seen, n_pairs)]
-    for step in range(1, min(n_classes, 8) if n_states * n_classes < 100_000 else 1):
-        other = (rows + step) % n_classes
-        verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
-    return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
-
-
-def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
-    """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
-    rows = np.arange(len(target))[:, None]
-    for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
-        target, seen = target[rows, target], seen | seen[rows, target]
-    on_cycle = seen[rows, target]
-    pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
-    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
-    return accepted
 
 
 def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:

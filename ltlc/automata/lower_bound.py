@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from ltlc.automata.compare import equivalent_states
+from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.automata.residuals import Part, residuals
 
-_MAX_PRODUCT_EDGES = 1_000_000
-"""bound on the product in which `is_smallest` would look for states of the same language."""
 _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
 
@@ -30,11 +28,9 @@ def is_smallest(automaton: RabinAutomaton) -> bool:
     """Whether the lower bound proves that no smaller automaton exists; large automata are not looked into."""
     if automaton.n_states == 1:
         return True
-    if automaton.n_states**2 * automaton.n_classes > _MAX_PRODUCT_EDGES:
+    if not can_decide_languages(automaton):
         return False
-    if int(equivalent_states(automaton).max()) + 1 == automaton.n_states:  # the usual case, and quickly seen
-        return True
-    return lower_bound(automaton) == automaton.n_states
+    return automaton.n_languages == automaton.n_states or lower_bound(automaton) == automaton.n_states
 
 
 def part_lower_bound(part: Part, on_states: bool) -> int:

@@ -8,9 +8,8 @@ Inf = good but not bad accepts only what is accepted, and suffices iff no cycle 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -48,7 +47,7 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
                     continue
                 for q in nodes if edges else ():
                     table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
-    return replace(automaton, fin=fin, inf=inf)
+    return replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
 
 
 def components(automaton: RabinAutomaton) -> Iterator[Component]:
@@ -71,38 +70,33 @@ class Component:
     on_states: bool
     """whether all edges into a state must get the same marks."""
 
-    @cached_property
-    def rejected(self) -> Condition:
-        """No pair accepts."""
-        return streett(self.n_pairs)
-
     def pairs(self) -> list[EdgePair]:
         """Pairs that accept the same cycles, as few as found."""
         inner = set(self.edges)
         everything = range(self.n_pairs)
-        good, bad = self.on_cycles(_accepted_by(everything), inner), self.on_cycles(self.rejected, inner)
+        good = self.accepted(everything, inner)
         if not good:
             return []
+        bad = self.rejected(inner)
         if not bad:
             return [(set(), inner)]
-        if not self.on_cycles(_accepted_by(everything), bad):
+        if not self.accepted(everything, bad):
             return [(set(), inner - bad)]
         single = self.one_pair(everything)
         if single is not None:
             return [single]
         return self.irredundant(self.merged_pairs())
 
-    def one_pair(self, pairs: Iterable[int]) -> EdgePair | None:
+    def one_pair(self, pairs: Sequence[int]) -> EdgePair | None:
         """One pair that accepts all cycles that some of these accept, and none that all pairs reject; or None."""
         inner = set(self.edges)
-        accepted = _accepted_by(pairs)
-        good = self.on_cycles(accepted, inner)
-        bad = self.on_cycles(self.rejected, good) & good
-        return None if self.on_cycles(accepted, bad) else (inner - good, good - bad)
+        good = self.accepted(pairs, inner)
+        bad = self.rejected(good) & good
+        return None if self.accepted(pairs, bad) else (inner - good, good - bad)
 
     def merged_pairs(self) -> list[EdgePair]:
         """Pairs for groups of the old ones, groups joined greedily."""
-        useful = [i for i in range(self.n_pairs) if self.on_cycles(_accepted_by([i]), set(self.edges))]
+        useful = [i for i in range(self.n_pairs) if self.accepted([i], set(self.edges))]
         groups: list[tuple[int, ...]] = [(i,) for i in useful]
         found = [pair for group in groups if (pair := self.one_pair(group)) is not None]
         joined = True
@@ -131,6 +125,30 @@ class Component:
                 kept.remove(i)
         return [pairs[i] for i in kept]
 
+    def accepted(self, pairs: Sequence[int], edges: set[Edge]) -> set[Edge]:
+        """The edges on a cycle, among these, that some of the pairs accepts."""
+        if self.n_pairs == 1:
+            parts = strong_parts(edge for edge in edges if not edge[2] & 1)
+            return self.covered(part for part, seen in parts if seen & 2)
+        return self.on_cycles(Some(tuple(All((Fin(2 * i), Inf(2 * i + 1))) for i in pairs)), edges)
+
+    def rejected(self, edges: set[Edge]) -> set[Edge]:
+        """The edges on a cycle, among these, that no pair accepts."""
+        if self.n_pairs == 1:
+            parts = []
+            for part, seen in strong_parts(edges):
+                parts += [(part, seen)] if seen & 1 else strong_parts(edge for edge in part if not edge[2] & 2)
+            return self.covered(part for part, _ in parts)
+        return self.on_cycles(streett(self.n_pairs), edges)
+
+    def covered(self, parts: Iterable[list[Edge]]) -> set[Edge]:
+        """The edges of these strongly connected parts; with marks on states, all edges into their states."""
+        found = {edge for part in parts for edge in part}
+        if self.on_states:
+            targets = {target for _, target, _ in found}
+            found = {edge for edge in self.edges if edge[1] in targets}
+        return found
+
     def on_cycles(self, condition: Condition, edges: set[Edge]) -> set[Edge]:
         """The edges on a cycle, among these, that satisfies the condition; or all edges into such states."""
         index = {node: i for i, node in enumerate(self.nodes)}
@@ -148,5 +166,20 @@ class Component:
         return {edge for edge in self.edges if edge[1] in targets} if self.on_states else found
 
 
-def _accepted_by(pairs: Iterable[int]) -> Condition:
-    return Some(tuple(All((Fin(2 * i), Inf(2 * i + 1))) for i in pairs))
+def strong_parts(edges: Iterable[Edge]) -> list[tuple[list[Edge], int]]:
+    """The edges inside each strong component of a set of edges, and the marks that they have together."""
+    edges = sorted(edges)
+    number: dict[int, int] = {}
+    for source, target, _ in edges:
+        number.setdefault(source, len(number))
+        number.setdefault(target, len(number))
+    arcs = [(number[source], number[target]) for source, target, _ in edges]
+    component = graph.strong_components(graph.from_edges(len(number), arcs))
+    parts: dict[int, list[Edge]] = {}
+    seen: dict[int, int] = {}
+    for edge, (source, target) in zip(edges, arcs, strict=True):
+        here = component[source]
+        if here == component[target]:
+            parts.setdefault(here, []).append(edge)
+            seen[here] = seen.get(here, 0) | edge[2]
+    return [(part, seen[c]) for c, part in parts.items()]

@@ -10,9 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ltlc import graph
-from ltlc.automata.emptiness import All, Edge, Fin, Inf, holds, rabin
-from ltlc.automata.marks import Component, components
+from ltlc.automata.emptiness import Edge, holds, rabin
+from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.automata.refinement import Refinement
@@ -101,9 +100,9 @@ def _colour(component: Component, edges: set[Edge], colours: Colours) -> int | N
     would two cycles judged alike have a union judged differently, which parity acceptance cannot say.
     """
     accepted = _accepts(component, edges)
-    other = component.on_cycles(component.rejected if accepted else rabin(component.n_pairs), edges)
+    other = component.rejected(edges) if accepted else component.accepted(range(component.n_pairs), edges)
     largest = -1 if other else int(accepted) - 1
-    for part in _connected_parts(other):
+    for part in _parts(other):
         below = None if _accepts(component, part) == accepted else _colour(component, part, colours)
         if below is None:
             return None
@@ -120,15 +119,9 @@ def _accepts(component: Component, edges: set[Edge]) -> bool:
     return holds(rabin(component.n_pairs), seen)
 
 
-def _connected_parts(edges: set[Edge]) -> list[set[Edge]]:
-    """The strongly connected parts of edges that all lie on cycles."""
-    number = {node: i for i, node in enumerate(sorted({source for source, _, _ in edges}))}
-    ordered = sorted(edges)
-    part = graph.strong_components(graph.from_edges(len(number), ((number[s], number[t]) for s, t, _ in ordered)))
-    parts: dict[int, set[Edge]] = {}
-    for edge in ordered:
-        parts.setdefault(part[number[edge[0]]], set()).add(edge)
-    return list(parts.values())
+def _parts(edges: set[Edge]) -> list[set[Edge]]:
+    """The strongly connected parts of a set of edges."""
+    return [set(part) for part, _ in strong_parts(edges)]
 
 
 class _Cycles:
@@ -185,11 +178,10 @@ class _Cycles:
 def _maximal_opposite_parts(component: Component, edges: set[Edge]) -> list[set[Edge]]:
     """The maximal strongly connected sets of these edges that are judged otherwise than all of them."""
     if _accepts(component, edges):
-        return _connected_parts(component.on_cycles(component.rejected, edges))
+        return _parts(component.rejected(edges))
     found: list[set[Edge]] = []
     for i in range(component.n_pairs):
-        accepted = All((Fin(2 * i), Inf(2 * i + 1)))
-        found += [part for part in _connected_parts(component.on_cycles(accepted, edges)) if part not in found]
+        found += [part for part in _parts(component.accepted([i], edges)) if part not in found]
     return [part for part in found if not any(part < other for other in found)]
 
 

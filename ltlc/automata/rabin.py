@@ -7,9 +7,10 @@ share a *letter class*, and the tables are indexed by class: `delta[state, lette
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,8 @@ import numpy.typing as npt
 from ltlc import graph
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
+from ltlc.automata.languages import equivalent_states
+from ltlc.automata.partition import number_blocks
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError, UnknownNameError
 
 IntArray = npt.NDArray[np.int32]
@@ -81,11 +84,25 @@ class RabinAutomaton:
         _check(self.fin.shape == self.inf.shape, "fin and inf have different shapes")
         _check(n_states > 0 and n_classes > 0, "there is no state or no letter class")
         _check(0 <= self.initial_state < n_states, f"initial state {self.initial_state} of {n_states} states")
-        _check(bool((self.delta >= 0).all() and (self.delta < n_states).all()), "delta leads outside the states")
-        in_range = self.letter_class.min() >= 0 and self.letter_class.max() < n_classes
-        used = in_range and bool(np.bincount(self.letter_class, minlength=n_classes).all())
+        _check(bool(self.delta.min() >= 0 and self.delta.max() < n_states), "delta leads outside the states")
+        used = int(self.letter_class.min()) >= 0 and int(self.letter_class.max()) < n_classes
+        used = used and bool(np.bincount(self.letter_class, minlength=n_classes).all())
         _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
+
+    def described(self, formula: str | None, translator: str | None) -> Self:
+        """The same automaton, said to come from this formula and construction; what was computed for it is kept."""
+        twin = copy(self)
+        object.__setattr__(twin, "formula", formula)
+        object.__setattr__(twin, "translator", translator)
+        return twin
+
+    def keeping_languages(self, other: RabinAutomaton, states: Sequence[int] | slice = slice(None)) -> Self:
+        """The automaton itself; its states have the `languages` of these states of another one, if those are known."""
+        known = vars(other).get("languages")
+        if known is not None:
+            vars(self)["languages"] = number_blocks(known[states].tolist())
+        return self
 
     @property
     def n_states(self) -> int:
@@ -135,12 +152,10 @@ class RabinAutomaton:
     @cached_property
     def marks(self) -> npt.NDArray[np.int64] | npt.NDArray[np.object_]:
         """Marks as integers, shape as one pair of `fin`: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
-        if self.n_pairs <= 31:
-            bits = np.int64(1) << (2 * np.arange(self.n_pairs))
-            return np.tensordot(bits, self.fin + 2 * self.inf.astype(np.int64), 1)
-        marks = np.zeros(self.fin.shape[1:], dtype=object)
+        kind = np.int64 if self.n_pairs <= 31 else object
+        marks = np.zeros(self.fin.shape[1:], dtype=kind)
         for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
-            marks |= (fin.astype(object) + 2 * inf.astype(object)) << (2 * i)
+            marks |= (fin.astype(kind) | inf.astype(kind) << 1) << (2 * i)
         return marks
 
     @cached_property
@@ -161,6 +176,16 @@ class RabinAutomaton:
     def scc(self) -> list[int]:
         """Strong component of each state, numbered in topological order."""
         return graph.strong_components(self.rows)
+
+    @cached_property
+    def languages(self) -> IntArray:
+        """Shape (n_states,), int32; states with equal entries accept the same words, numbered by their first states."""
+        return equivalent_states(self)
+
+    @property
+    def n_languages(self) -> int:
+        """Number of different `languages`; no deterministic automaton for the same language has fewer states."""
+        return int(self.languages.max()) + 1
 
     @cached_property
     def alphabet(self) -> Alphabet:

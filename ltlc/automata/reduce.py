@@ -8,36 +8,35 @@ from dataclasses import replace
 import numpy as np
 
 from ltlc.automata.canonical import canonical
-from ltlc.automata.compare import equivalent_states
+from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, equivalent_states
 from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.retarget import EFFORT, merge_by_trial
 
-MAX_PRODUCT_EDGES = 500_000
-"""default bound on the product in which states of the same language are looked for."""
-
 
 def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
-    """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
-
-    One deadlock and one accepting sink remain at most.
+    """`settled`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
     """
-    result = _settled(merge_equivalent(merge_bisimilar(canonical(automaton))))
-    if is_smallest(result):
+    result = settled(automaton)
+    if effort <= 0 or is_smallest(result):
         return result
     smaller = merge_by_trial(result, effort)
-    return result if smaller.n_states == result.n_states else _settled(smaller)
+    return result if smaller.n_states == result.n_states else settled(smaller)
 
 
-def _settled(automaton: RabinAutomaton) -> RabinAutomaton:
-    """Simplify marks and merge bisimilar states in turn, until neither finds anything."""
-    result = simplify_marks(canonical(merge_bisimilar(automaton)))
+def settled(automaton: RabinAutomaton) -> RabinAutomaton:
+    """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
+
+    One deadlock and one accepting sink remain at most.
+    """
+    result = merge_equivalent(merge_bisimilar(canonical(automaton)))
+    result = simplify_marks(canonical(merge_bisimilar(result)))
     while True:
         merged = merge_bisimilar(result)
         if merged is result:
@@ -47,6 +46,8 @@ def _settled(automaton: RabinAutomaton) -> RabinAutomaton:
 
 def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:
     """Merge states with the same marks whose successors are again such states, for every letter."""
+    if can_decide_languages(automaton) and automaton.n_languages == automaton.n_states:
+        return automaton
     marks: Iterable[object] = map(tuple, automaton.edge_marks)
     if automaton.acceptance == "state":
         marks = (fin.tobytes() + inf.tobytes() for fin, inf in zip(automaton.fin.T, automaton.inf.T, strict=True))
@@ -62,7 +63,7 @@ def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:
         inf=automaton.inf[:, first],
         initial_state=int(block[automaton.initial_state]),
         state_names=None if names is None else tuple(names[q] for q in first.tolist()),
-    )
+    ).keeping_languages(automaton, first.tolist())
 
 
 def merge_equivalent(automaton: RabinAutomaton, classes: IntArray | None = None) -> RabinAutomaton:
@@ -77,7 +78,8 @@ def merge_equivalent(automaton: RabinAutomaton, classes: IntArray | None = None)
         classes: `equivalent_states(automaton)` if it is known already; by default within `MAX_PRODUCT_EDGES`.
     """
     if classes is None:
-        classes = equivalent_states(automaton, MAX_PRODUCT_EDGES)
+        exact = can_decide_languages(automaton)
+        classes = automaton.languages if exact else equivalent_states(automaton, MAX_PRODUCT_EDGES)
     if int(classes.max()) + 1 == automaton.n_states:
         return automaton
     scc = np.array(automaton.scc)
@@ -88,4 +90,5 @@ def merge_equivalent(automaton: RabinAutomaton, classes: IntArray | None = None)
     entered = np.array([best[language] for language in classes.tolist()], dtype=np.int32)
     stays = scc[entered] == scc
     entered[stays] = np.flatnonzero(stays)
-    return replace(automaton, delta=entered[automaton.delta], initial_state=int(entered[automaton.initial_state]))
+    initial = int(entered[automaton.initial_state])
+    return replace(automaton, delta=entered[automaton.delta], initial_state=initial).keeping_languages(automaton)

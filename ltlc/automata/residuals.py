@@ -16,7 +16,6 @@ import numpy as np
 
 from ltlc import graph
 from ltlc.automata.canonical import canonical
-from ltlc.automata.compare import equivalent_states
 from ltlc.automata.partition import IntArray
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import CycleGraph
@@ -121,7 +120,7 @@ class Residuals:
 def residuals(automaton: RabinAutomaton) -> Residuals:
     """The residual automaton of the language of a Rabin automaton."""
     automaton = canonical(automaton)
-    language = equivalent_states(automaton)
+    language = automaton.languages
     first = np.unique(language, return_index=True)[1]
     rows = language[automaton.delta[first]]
     component = graph.strong_components(rows)

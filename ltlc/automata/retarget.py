@@ -10,7 +10,8 @@ import numpy as np
 
 from ltlc import graph
 from ltlc.automata.canonical import canonical
-from ltlc.automata.compare import distinguishing_letters, equivalent_states
+from ltlc.automata.compare import distinguishing_letters
+from ltlc.automata.languages import can_decide_languages, equivalent_states
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within
 from ltlc.automata.rabin import RabinAutomaton
 
@@ -34,7 +35,7 @@ def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAuto
     current = canonical(automaton)
     if effort <= 0:
         return current
-    language = equivalent_states(current, effort)
+    language = current.languages if can_decide_languages(current) else equivalent_states(current, effort)
     words: list[_Word] = []
     merged = True
     while merged:
@@ -50,7 +51,7 @@ def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAuto
             found = distinguishing_letters(attempt, current)
             if found is None:
                 language = language[graph.reachable(attempt.delta, [attempt.initial_state])]
-                current, merged = canonical(attempt), True
+                current, merged = canonical(attempt.keeping_languages(current)), True
                 break
             words.insert(0, _word(current, *found))
     return current

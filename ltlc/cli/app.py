@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
+from ltlc.cli import agents, check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__
@@ -35,6 +35,7 @@ def application() -> typer.Typer:
         reproduce.reproduce,
         translators.translators,
         rewards.rewards,
+        agents.agents,
     ):
         app.command(command.__name__.rstrip("_"))(command)
     return app

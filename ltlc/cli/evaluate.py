@@ -10,7 +10,7 @@ import typer
 
 from ltlc.cli import flags
 from ltlc.cli.train import headings
-from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures
 from ltlc.errors import InvalidArgumentError
 
 
@@ -20,24 +20,29 @@ def evaluate(
         int, typer.Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
     ] = 100,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the sampling.")] = 0,
+    prism: flags.Prism = None,
     json_: flags.Json = False,
 ) -> None:
     """Judge what was learned: exactly where the environment is known, else by episodes.
 
     Known are grid worlds and environments with a transition table, such as
-    FrozenLake. There, the learned policy is shown beside the best one.
+    FrozenLake. There, the learned policy is shown beside the best one, and
+    --prism writes its Markov chain, so that PRISM or Storm can check it again.
 
     \b
     Examples:
       ltlc evaluate runs/f-goal-g-hole-frozenlake-v1-0
+      ltlc evaluate runs/f-goal-g-hole-frozenlake-v1-0 --prism chain
       ltlc evaluate runs/balance --episodes 1000 --json
     """
     if episodes < 2:
         raise InvalidArgumentError(f"--episodes is {episodes}; at least 2 are needed for an interval")
     folder = import_module("ltlc.agents.run_folder").RunFolder.open(run)
-    verdict = import_module("ltlc.agents.conclude").judge_run(folder, folder.agent(), episodes=episodes, seed=seed)
+    conclude, agent = import_module("ltlc.agents.conclude"), folder.load()
+    exported = None if prism is None else conclude.export_run(folder, agent, prism)
+    verdict = conclude.judge_run(folder, agent, episodes=episodes, seed=seed)
     if json_:
-        print(json.dumps(verdict.to_dict(), ensure_ascii=False, indent=2))
+        print(json.dumps(verdict.to_dict() | checks_of(exported), ensure_ascii=False, indent=2))
         return
     print(f"{folder.task.formula or 'an automaton without a formula'} in {folder.config.setting.env}")
     if verdict.judge is not None:
@@ -45,3 +50,5 @@ def evaluate(
     print_figures(verdict.lines(), headings(verdict))
     if verdict.regret is not None:
         print(f"Lost against the optimum: {max(verdict.regret, 0.0):.2%} of the discounted return.")
+    if exported is not None:
+        print_checks(exported, verdict.verdict.satisfaction)

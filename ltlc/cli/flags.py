@@ -39,4 +39,8 @@ Timeout = Annotated[
     float | None,
     typer.Option("--timeout", metavar="SECONDS", help="Give up, with exit code 3, after this time."),
 ]
+Prism = Annotated[
+    str | None,
+    typer.Option("--prism", metavar="DIR", help="Write files with which PRISM or Storm can check the probability."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]

@@ -40,7 +40,7 @@ def _bar(total_steps: int) -> Iterator[Display]:
         def display(progress: Any) -> None:
             row = progress.row
             steps = min(row.steps, total_steps)
-            bars.update(task, completed=steps, figures=figures(row), left=clock(progress.seconds_left))
+            bars.update(task, completed=steps, figures=row.text, left=clock(progress.seconds_left))
 
         yield display
 
@@ -55,14 +55,7 @@ class _Lines:
         if row.steps < min(self.next, self.total_steps):
             return
         self.next = row.steps + self.total_steps / 20
-        print(f"{row.steps:>9} steps  {figures(row)}  {clock(progress.seconds_left)} left", flush=True)
-
-
-def figures(row: Any) -> str:
-    """Return and violations of the episodes that ended since the last row."""
-    if row.episode_return is None:
-        return "return -  violations -"
-    return f"return {row.episode_return:.1f}  violations {row.violations:.2f}"
+        print(f"{row.steps:>9} steps  {row.text}  {clock(progress.seconds_left)} left", flush=True)
 
 
 def clock(seconds: float) -> str:

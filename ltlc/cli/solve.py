@@ -12,11 +12,12 @@ import typer
 from ltlc.cli import flags, setting
 from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
-from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.envs.setting import Setting
+    from ltlc.mdp import Exported
     from ltlc.mdp.verdict import Judge
     from ltlc.task import Task
 
@@ -39,18 +40,21 @@ def solve(
         str | None,
         typer.Option("--output", "-o", metavar="FILE", help="Draw the policy that is optimal for the rewards."),
     ] = None,
+    prism: flags.Prism = None,
     json_: flags.Json = False,
 ) -> None:
     """Compute what is possible in a known environment, without learning.
 
     The largest probability of satisfying the formula, with proved bounds; the
     largest return of the rewards; and how probably a policy that is optimal
-    for the rewards satisfies the formula.
+    for the rewards satisfies the formula. --prism writes the model, in PRISM's
+    language and as explicit files, with the formula as a property.
 
     \b
     Examples:
       ltlc solve "F goal & G !hole" --env FrozenLake-v1 --labels lake:labels
       ltlc solve "F(A & F B) & G !C" --env ltlc/Thesis10x10-v0 --reward zeta-reach -o policy.png
+      ltlc solve "!C U A" --env ltlc/Thesis10x10-v0 --prism check
     """
     from ltlc.mdp.verdict import Judge
     from ltlc.rewards import get_scheme
@@ -69,17 +73,29 @@ def solve(
     judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
     if output is not None:
         _draw(Path(output), place, task, judge, reward)
+    exported = None if prism is None else _export(prism, place, task)
     if json_:
-        print(json.dumps(_values(judge), ensure_ascii=False, indent=2))
+        print(json.dumps(_values(judge) | checks_of(exported), ensure_ascii=False, indent=2))
         return
     print(f"{task.formula or 'an automaton without a formula'} in {env}: {judge.rewards.n_states} product states")
     print(maximum_text(judge))
+    if exported is not None:
+        print_checks(exported, judge.maximum.probability)
     if judge.optimum is None:
         complain(f"warning: the rewards {reward!r} can be collected for ever without a discount: no optimal return")
         return
     print_figures(_lines(judge), (f"optimal for the rewards '{reward}'", ""))
     if output is not None:
         print(f"The policy is in {output}.")
+
+
+def _export(folder: str, place: Setting, task: Task) -> Exported:
+    from ltlc.ltl import parse
+    from ltlc.mdp import export_checkable
+
+    if task.formula is None or place.model is None:
+        raise InvalidArgumentError("--prism: the automaton has no formula that another program could check")
+    return export_checkable(place.model, parse(task.formula), folder, "model", initial_label=place.initial_label)
 
 
 def _lines(judge: Judge) -> list[tuple[str, Any, Any]]:

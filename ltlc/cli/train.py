@@ -36,22 +36,32 @@ def train(
     on_deadlock: setting.OnDeadlock = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
-    steps: Annotated[int, typer.Option("--steps", "-n", metavar="N", help="Environment steps in all.")] = 300_000,
+    agent: Annotated[str, typer.Option("--agent", metavar="NAME", help="What learns: a name from 'ltlc agents'.")] = (
+        "double-dqn"
+    ),
+    hyper: Annotated[
+        list[str] | None,
+        typer.Option("--hyper", metavar="KEY=VALUE", help="A hyperparameter of the agent. May be repeated."),
+    ] = None,
+    steps: Annotated[
+        int | None,
+        typer.Option(
+            "--steps", "-n", metavar="N", help="Environment steps in all.", show_default="300000, or the learner's"
+        ),
+    ] = None,
     num_envs: Annotated[
         int | None,
         typer.Option("--num-envs", metavar="N", help="Environments stepped together.", show_default="64, thesis 1"),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of everything that is random.")] = 0,
     device: Annotated[
-        str | None, typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...", show_default="cpu")
+        str | None,
+        typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...; of double-dqn.", show_default="cpu"),
     ] = None,
     config: Annotated[
-        Literal["default", "thesis"], typer.Option("--config", "-c", help="Hyperparameters to start from.")
+        Literal["default", "thesis"],
+        typer.Option("--config", "-c", help="Hyperparameters that double-dqn starts from."),
     ] = "default",
-    agent: Annotated[
-        list[str] | None,
-        typer.Option("--agent", metavar="KEY=VALUE", help="A hyperparameter, such as batch_size=64. May be repeated."),
-    ] = None,
     out: Annotated[
         str | None,
         typer.Option("--out", "-o", metavar="DIR", help="The run folder.", show_default="runs/TASK-ENV-SEED"),
@@ -63,16 +73,17 @@ def train(
 ) -> None:
     """Train an agent to satisfy a formula in an environment, and judge it.
 
-    The run folder gets the configuration, metrics, checkpoints, the automaton,
-    the policy, a verdict and pictures. Ctrl-C stops cleanly; --resume goes on.
+    The run folder gets the configuration, metrics, the automaton, the policy,
+    a verdict and pictures. Ctrl-C stops cleanly; --resume goes on from the last
+    checkpoint, or begins anew where the agent keeps none (tabular learners).
 
     \b
     Examples:
       ltlc train "F(A & F B) & G !C" --env ltlc/Thesis10x10-v0
       ltlc train "F goal & G !hole" --env FrozenLake-v1 --labels lake:labels --reward zeta-discount
+      ltlc train "F(A & F B)" --env ltlc/Thesis5x5-v0 --agent fu-topcu --hyper accuracy=0.05
       ltlc train --resume --out runs/f-a-f-b-g-c-thesis10x10-v0-0
     """
-    agents = import_module("ltlc.agents")
     folders = import_module("ltlc.agents.run_folder")
     if formula is None or env is None:
         if not resume or out is None:
@@ -82,28 +93,18 @@ def train(
         automaton = setting.automaton_of(formula, acceptance, translator)
         place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
         num_envs = num_envs if num_envs is not None else 1 if config == "thesis" else 64
-        # A checkpoint begins new episodes, so there must be time for whole ones between two.
-        pace = {
-            "log_every": max(steps // 100, 1),
-            "checkpoint_every": max(steps // 20, num_envs * place.episode_steps, 1),
-        }
-        values = {
-            "total_steps": steps,
-            "seed": seed,
-            "device": device or "cpu",
-            **pace,
-            **setting.assignments(agent, "--agent"),
-        }
-        preset = agents.DQNConfig.thesis() if config == "thesis" else agents.DQNConfig()
+        episodes = num_envs * place.episode_steps
+        given = setting.assignments(hyper, "--hyper")
         wanted = folders.RunConfig(
             setting=place,
             reward=reward,
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
             num_envs=num_envs,
-            agent=agents.DQNConfig.from_dict(preset.to_dict() | values),
+            agent=agent,
+            hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),
         )
-        folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed)
+        folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed, agent)
         run = _opened(folders, folder, wanted, automaton) if resume else None
         if run is None:
             folders.RunFolder(folder, wanted, automaton).check()
@@ -111,6 +112,42 @@ def train(
     if resume and device is not None:
         run.move_to(device)
     raise typer.Exit(_train(run, resume, quiet or json_, json_))
+
+
+def _hyperparameters(
+    agent: str,
+    preset: str,
+    steps: int | None,
+    seed: int,
+    device: str | None,
+    episodes: int,
+    given: dict[str, Any],
+) -> Any:
+    """The hyperparameters of an agent: those given, and else what the other options imply.
+
+    Args:
+        agent: its name.
+        preset: what double DQN starts from.
+        steps: environment steps; None: the agent's own number.
+        seed: of everything random.
+        device: of the networks, or None.
+        episodes: steps of whole episodes in all environments.
+        given: hyperparameters.
+    """
+    systems = import_module("ltlc.agents.systems")
+    implied: dict[str, Any] = {"seed": seed}
+    if agent == systems.DOUBLE_DQN:
+        total = 300_000 if steps is None else steps
+        thesis = import_module("ltlc.agents").DQNConfig.thesis().to_dict() if preset == "thesis" else {}
+        # A checkpoint begins new episodes, so there must be time for whole ones between two.
+        pace = {"log_every": max(total // 100, 1), "checkpoint_every": max(total // 20, episodes, 1)}
+        implied = thesis | implied | pace | {"total_steps": total}
+    elif preset != "default":
+        raise InvalidArgumentError(f"--config {preset} is for the agent {systems.DOUBLE_DQN!r}, not for {agent!r}")
+    elif steps is not None:
+        implied["total_steps"] = steps
+    config = systems.hyperparameters(agent, implied | given)
+    return config if device is None else systems.on_device(config, device)
 
 
 def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
@@ -121,7 +158,7 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
     different = run.differs(wanted, automaton)
     if different:
         raise InvalidArgumentError(
-            f"the run in {folder} has another {', '.join(different)}; go on with it by ltlc train --resume --out "
+            f"the run in {folder} differs in {', '.join(different)}; go on with it by ltlc train --resume --out "
             f"{folder}, or give another folder"
         )
     return run
@@ -129,31 +166,37 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
 
 def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
     conclude = import_module("ltlc.agents.conclude")
-    reports = import_module("ltlc.agents.report")
-    total = run.config.agent.total_steps
+    total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:
         print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
-        judge = reports.make_judge(run.config.setting, run.task)
-        if judge is not None:
-            print(maximum_text(judge))
+        if run.judge is not None:
+            print(maximum_text(run.judge))
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:
         again = setting.command_line("ltlc", "train", "--resume", "--out", str(run.path))
-        return complain(
-            f"interrupted after {result.steps} of {total} steps; the checkpoint of step {result.saved_steps} is in "
-            f"{run.path}. Go on with: {again}",
-            code=130,
-        )
+        kept = f"the checkpoint of step {result.saved_steps} is in {run.path}. Go on with: {again}"
+        anew = f"{run.config.agent} keeps no checkpoint. Begin anew with: {again}"
+        what = kept if run.keeps_checkpoints else anew
+        return complain(f"interrupted after {result.steps} of {total} steps; {what}", code=130)
+    if result.agent is None:
+        seconds = round(result.seconds, 3)
+        run.write_result({"agent": run.config.agent, "steps": result.steps, "seconds": seconds, "learned": None})
+        return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
     verdict = conclude.judge_run(run, result.agent)
-    values = {"steps": result.steps, "seconds": round(result.seconds, 3), **verdict.to_dict()}
+    values = {
+        "agent": run.config.agent,
+        "steps": result.steps,
+        "seconds": round(result.seconds, 3),
+        **verdict.to_dict(),
+    }
     run.write_result(values)
     pictures = conclude.draw_run(run, result.agent, verdict.judge)
     if json_:
         print(json.dumps({"folder": str(run.path), **values}, ensure_ascii=False, indent=2))
     elif not quiet:
-        print(f"{result.steps} steps in {result.seconds:.1f} s")
+        print(f"{result.steps} steps in {result.seconds:.1f} s{result.message and f'; {result.message}'}")
         print_figures(verdict.lines(), headings(verdict))
         print(f"Pictures: {', '.join(map(str, pictures))}")
     return 0

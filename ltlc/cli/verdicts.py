@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ltlc.mdp import Exported
     from ltlc.mdp.verdict import Judge
 
 
@@ -39,6 +40,17 @@ def print_figures(lines: Sequence[tuple[str, Any, Any]], headings: Sequence[str]
     for line in lines:
         table.add_row(line[0], *(number(line[column]) for column in columns))
     Console(highlight=False).print(table)
+
+
+def checks_of(exported: Exported | None) -> dict[str, Any]:
+    """The commands that check an answer again, as JSON values."""
+    return {} if exported is None else {"check": {"prism": exported.prism, "storm": exported.storm}}
+
+
+def print_checks(exported: Exported, probability: float) -> None:
+    """Print the commands that check an answer again, and what they should say."""
+    print(f"PRISM or Storm should find {probability:.6g}:")
+    print(f"  {exported.prism}\n  {exported.storm}")
 
 
 def maximum_text(judge: Judge) -> str:

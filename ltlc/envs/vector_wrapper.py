@@ -72,7 +72,7 @@ class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
-        self.labels = labels
+        self.labels, self.initial_label = labels, initial_label
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
         self.observer = observer(observation, env.single_observation_space, tables.n_states)

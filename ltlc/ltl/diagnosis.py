@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from ltlc.errors import LtlSyntaxError
-
-if TYPE_CHECKING:
-    from lark import Token
+from ltlc.ltl.grammar import Token
 
 
 class LtlSyntaxWarning(UserWarning):
@@ -103,82 +100,87 @@ def explain_token(text: str, tokens: Sequence[Token], index: int) -> LtlSyntaxEr
         )
     before = tokens[index - 1] if index else None
     here = tokens[index] if index < len(tokens) else None
-    if before is None or before.type in _PREFIX or before.type in _BINARY or before.type == "_OPEN":
+    if before is None or before.kind in _PREFIX or before.kind in _BINARY or before.kind == "_OPEN":
         return _no_operand(text, before, here)
     opened = _unclosed(tokens[:index])
     if here is None:
         hint = "add a closing bracket, or remove this one"
-        return error_at("this bracket is never closed", text, _start(opened[-1]), hint)
-    if here.type == "_CLOSE":
+        return error_at("this bracket is never closed", text, opened[-1].start, hint)
+    if here.kind == "_CLOSE":
         hint = "remove it, or add an opening bracket before"
-        return error_at("this bracket closes nothing: expected an operator or the end", text, _start(here), hint)
+        return error_at("this bracket closes nothing: expected an operator or the end", text, here.start, hint)
     return _two_operands(text, before, here, "a closing bracket" if opened else "the end")
 
 
 def _no_operand(text: str, before: Token | None, here: Token | None) -> LtlSyntaxError:
     """The error where an operand has to start and something else stands, or nothing."""
-    if before is not None and before.type in _PREFIX:
-        message = f"'{before}' ({_PREFIX[before.type]}) has no operand: expected a formula after it"
-        return error_at(message, text, _start(before), _reserved(before) or f"write what {before} is about: {before} a")
-    if here is not None and here.type in _BINARY:
-        operator = f"'{here}' ({_BINARY[here.type]})"
-        if before is not None and before.type in _BINARY:
+    if before is not None and before.kind in _PREFIX:
+        message = f"'{before}' ({_PREFIX[before.kind]}) has no operand: expected a formula after it"
+        return error_at(message, text, before.start, _reserved(before) or f"write what {before} is about: {before} a")
+    if here is not None and here.kind in _BINARY:
+        operator = f"'{here}' ({_BINARY[here.kind]})"
+        if before is not None and before.kind in _BINARY:
             message = f"{operator} stands right after '{before}': expected an operand between them"
         else:
             message = f"{operator} has no left operand: expected a formula before it"
-        return error_at(
-            message, text, _start(here), _reserved(here) or f"write {here} between two formulas: a {here} b"
-        )
-    if before is not None and before.type in _BINARY:
-        message = f"'{before}' ({_BINARY[before.type]}) has no right operand: expected a formula after it"
+        return error_at(message, text, here.start, _reserved(here) or f"write {here} between two formulas: a {here} b")
+    if before is not None and before.kind in _BINARY:
+        message = f"'{before}' ({_BINARY[before.kind]}) has no right operand: expected a formula after it"
         hint = _reserved(before) or f"write {before} between two formulas: a {before} b"
-        return error_at(message, text, _start(before), hint)
+        return error_at(message, text, before.start, hint)
     if before is not None and here is None:
-        return error_at("this bracket is never closed: expected an operand", text, _start(before), "write (a & b)")
+        return error_at("this bracket is never closed: expected an operand", text, before.start, "write (a & b)")
     if before is not None:
-        return error_at("empty brackets: expected an operand", text, _start(before), "write a formula between them")
+        return error_at("empty brackets: expected an operand", text, before.start, "write a formula between them")
     return error_at("this bracket closes nothing: expected an operand", text, 0, "a formula starts with an operand")
 
 
 def _reserved(operator: Token) -> str:
     """The hint for an operator that may have been meant as a name."""
-    return f'{operator} is an operator; quote a proposition of that name: "{operator}"' if operator.isalpha() else ""
+    return (
+        f'{operator} is an operator; quote a proposition of that name: "{operator}"' if operator.text.isalpha() else ""
+    )
 
 
 def _two_operands(text: str, before: Token, here: Token, other: str) -> LtlSyntaxError:
     """The error for an operand right after another, where an operator or `other` was expected."""
     for token in (here, before):
-        operator = _WORDS.get(token.lower()) if token.type == "NAME" else None
+        operator = _WORDS.get(token.text.lower()) if token.kind == "NAME" else None
         if operator:
             message = f"'{token}' is read as a name: expected an operator or {other}"
-            return error_at(message, text, _start(token), f"{token} is written {operator}")
+            return error_at(message, text, token.start, f"{token} is written {operator}")
     hint = 'put an operator such as & | -> U between two formulas, and quote a name with blanks: "a b"'
-    if here.type == "NAME" and re.match(r"[URWM]\w", here):
-        hint = f"if {here[0]} is the operator, put a blank after it: {here[0]} {here[1:]}"
-    elif before.type == "NAME" and re.search(r"\w[URWM]$", before):
-        hint = f"if {before[-1]} is the operator, put a blank before it: {before[:-1]} {before[-1]}"
+    if here.kind == "NAME" and re.match(r"[URWM]\w", here.text):
+        hint = f"if {here.text[0]} is the operator, put a blank after it: {here.text[0]} {here.text[1:]}"
+    elif before.kind == "NAME" and re.search(r"\w[URWM]$", before.text):
+        hint = f"if {before.text[-1]} is the operator, put a blank before it: {before.text[:-1]} {before.text[-1]}"
     message = f"'{here}' stands right after '{before}': expected an operator or {other}"
-    return error_at(message, text, _start(here), hint)
+    return error_at(message, text, here.start, hint)
 
 
 def _unclosed(tokens: Sequence[Token]) -> list[Token]:
     opened: list[Token] = []
     for token in tokens:
-        if token.type == "_OPEN":
+        if token.kind == "_OPEN":
             opened.append(token)
-        elif token.type == "_CLOSE":
+        elif token.kind == "_CLOSE":
             opened.pop()
     return opened
-
-
-def _start(token: Token) -> int:
-    return token.start_pos or 0
 
 
 def error_at(message: str, text: str, position: int, hint: str) -> LtlSyntaxError:
     """The error for a position, counted in characters from 0."""
     before = text[:position]
     return LtlSyntaxError(message, text, before.count("\n") + 1, position - before.rfind("\n"), hint)
+
+
+def may_be_misread(text: str) -> bool:
+    """Whether `warn_of_misreadings` may have something to say; mostly not, and then tokens need not be looked at."""
+    return _SUSPECT.search(text) is not None
+
+
+# The name t or f, a name like aUb, or an operator glued to a name of two letters.
+_SUSPECT = re.compile(r"[tf](?![\w.])|[a-z]\d*[URWM][a-z]|[XFG][^\W\d][\w.]")
 
 
 def warn_of_misreadings(tokens: Sequence[Token], stacklevel: int) -> None:
@@ -193,16 +195,16 @@ def _misreadings(tokens: Sequence[Token]) -> Iterator[str]:
     runs: list[tuple[str, str]] = []
     names: set[str] = set()
     for token in tokens:
-        before, run = run if token.start_pos == end else "", ""
-        end = token.end_pos or 0
-        if token.type in _PREFIX and token in ("X", "F", "G"):
-            run = before + token
-        elif token.type == "NAME":
-            yield from _odd_name(token)
+        before, run = run if token.start == end else "", ""
+        end = token.end
+        if token.kind in _PREFIX and token.text in ("X", "F", "G"):
+            run = before + token.text
+        elif token.kind == "NAME":
+            yield from _odd_name(token.text)
             if before:
-                runs.append((before, token))
+                runs.append((before, token.text))
             else:
-                names.add(token)
+                names.add(token.text)
     for run, name in runs:
         # Fa and GFx1 are how formulas are written; Goal is how things are called, unless oal is a name as well.
         if len(name.rstrip("0123456789")) > 1 and name not in names:

@@ -1,42 +1,61 @@
 """LTL formulas as immutable, hash-consed nodes.
 
 Two formulas built the same way are the same object, so `is`, `==` and dictionary look-up cost O(1). `And` and `Or`
-are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; nothing else is simplified here.
+are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; nothing else is simplified here. What is asked of
+formulas over and over is worked out once, when the node is made.
 """
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable, Iterator
 from threading import RLock
-from typing import Any, ClassVar, Self, TypeVar, cast
-from weakref import WeakValueDictionary
+from typing import Any, ClassVar, Self, TypeVar
+from weakref import ref
+from zlib import crc32
 
 from ltlc.errors import InvalidArgumentError
 
-F = TypeVar("F", bound="Formula")
 T = TypeVar("T")
+
+EVENTUAL, UNIVERSAL, NORMAL, LITERAL = 1, 2, 4, 8
+"""Bits of `Formula.facts`: it is seen to be a pure eventuality, a pure universality (see `ltlc.ltl.purity`); it is in
+negation normal form; it is a proposition or the negation of one."""
+SUSPENDABLE = EVENTUAL | UNIVERSAL
+_SIGNS = 120
+"""Among more propositions than this, some share a sign for sure, and among a dozen perhaps."""
 
 
 class Formula:
     """A node: an operator and its operands. Build nodes with the subclasses.
 
+    Formulas are compared and hashed by identity. No order of a set of formulas may reach a result, because it differs
+    from run to run; dictionaries keep the order of insertion.
+
     Attributes:
         args: the operands, left to right.
+        size: number of nodes, written out as a tree.
+        facts: which of EVENTUAL, UNIVERSAL, NORMAL and LITERAL hold.
+        signs: in negation normal form, a bit for each literal that occurs, and all bits if a constant does. Formulas
+            without a common bit have no common literal; with one, they may.
+        opposite: the signs of the negation.
     """
 
-    __slots__ = ("__weakref__", "_hash", "args")
+    __slots__ = ("__weakref__", "args", "facts", "opposite", "signs", "size")
 
     symbol: ClassVar[str]
     args: tuple[Formula, ...]
-    _hash: int
+    size: int
+    facts: int
+    signs: int
+    opposite: int
+
+    # Facts that hold if they hold of all operands, facts that hold if they hold of the last one, and those that hold.
+    _of_all: ClassVar[int] = 0
+    _of_last: ClassVar[int] = 0
+    _of_itself: ClassVar[int] = 0
 
     def __new__(cls, *_: Any) -> Self:
         raise TypeError("use parse() or the class of an operator")
-
-    def __hash__(self) -> int:
-        # Structural and independent of PYTHONHASHSEED, so that no set of formulas can leak an order into a result.
-        return self._hash
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"formulas are immutable: cannot set {name!r}")
@@ -78,24 +97,68 @@ class Formula:
         return Implies(self, other)
 
 
-# Interning is invisible from outside: an entry dies with the last reference to its node.
-_interned: WeakValueDictionary[tuple[object, ...], Formula] = WeakValueDictionary()
-_interning = RLock()  # two threads that build one formula must get one object
+class _Entry(ref[Formula]):
+    """The way to a living node from its key: its class, then its operands, or its name or value."""
+
+    __slots__ = ("key",)
+    key: tuple[Any, ...]
 
 
-def _intern(cls: type[F], args: tuple[Formula, ...], payload: str | bool | None = None) -> F:
-    key = (cls, payload, args)
-    node = _interned.get(key)
-    if node is None:
-        node = object.__new__(cls)
-        object.__setattr__(node, "args", args)
-        seed = zlib.crc32(f"{cls.__name__}:{payload}".encode())
-        object.__setattr__(node, "_hash", hash((seed, *(child._hash for child in args))))
-        if payload is not None:
-            object.__setattr__(node, "name" if isinstance(payload, str) else "value", payload)
-        with _interning:
-            node = _interned.setdefault(key, node)
-    return cast(F, node)
+# Interning is invisible from outside: an entry goes with the last reference to its node.
+_entries: dict[tuple[Any, ...], _Entry] = {}
+_replacing = RLock()  # held while an entry is taken out or replaced; to put one in where none is takes one step
+_set = object.__setattr__
+
+
+def _find(key: tuple[Any, ...]) -> Any:
+    entry = _entries.get(key)
+    return None if entry is None else entry()
+
+
+def _forget(entry: _Entry) -> None:
+    with _replacing:
+        if _entries.get(entry.key) is entry:
+            del _entries[entry.key]
+
+
+def _make(key: tuple[Any, ...], args: tuple[Formula, ...], size: int, facts: int, signs: int, opposite: int) -> Any:
+    node = object.__new__(key[0])
+    _set(node, "args", args)
+    _set(node, "size", size)
+    _set(node, "facts", facts)
+    _set(node, "signs", signs)
+    _set(node, "opposite", opposite)
+    if not args:
+        _set(node, "name" if key[0] is Proposition else "value", key[1])
+    entry = _Entry(node, _forget)
+    entry.key = key
+    if _entries.setdefault(key, entry) is entry:
+        return node
+    with _replacing:  # another thread was faster, or the entry of a node that is no more is about to go
+        known = _find(key)
+        if known is None:
+            _entries[key] = entry
+        return node if known is None else known
+
+
+def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
+    """The node of an operator and its operands."""
+    key = (cls, *args)
+    entry = _entries.get(key)
+    known = None if entry is None else entry()
+    if known is not None:
+        return known
+    size, facts, signs, opposite = 1, cls._of_all, 0, 0
+    for arg in args:
+        size += arg.size
+        facts &= arg.facts
+        signs |= arg.signs
+        opposite |= arg.opposite
+    facts |= cls._of_last & args[-1].facts | cls._of_itself
+    if cls is Not:
+        signs, opposite = opposite, signs
+        facts = NORMAL | LITERAL if type(args[0]) is Proposition else 0
+    return _make(key, args, size, facts, signs, opposite)
 
 
 class Constant(Formula):
@@ -105,7 +168,11 @@ class Constant(Formula):
     value: bool
 
     def __new__(cls, value: bool) -> Self:
-        return _intern(cls, (), bool(value))
+        key = (cls, bool(value))
+        node: Self | None = _find(key)
+        if node is None:
+            node = _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1)
+        return node
 
 
 class Proposition(Formula):
@@ -121,21 +188,28 @@ class Proposition(Formula):
     def __new__(cls, name: str) -> Self:
         if not name:
             raise InvalidArgumentError("the name of a proposition has at least one character")
-        return _intern(cls, (), str(name))
+        key = (cls, str(name))
+        node: Self | None = _find(key)
+        if node is None:
+            sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _SIGNS
+            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _SIGNS)
+        return node
 
 
 class _Unary(Formula):
     __slots__ = ()
 
     def __new__(cls, operand: Formula) -> Self:
-        return _intern(cls, (operand,))
+        node: Self = _operator(cls, (operand,))
+        return node
 
 
 class _Binary(Formula):
     __slots__ = ()
 
     def __new__(cls, left: Formula, right: Formula) -> Self:
-        return _intern(cls, (left, right))
+        node: Self = _operator(cls, (left, right))
+        return node
 
 
 class Not(_Unary):
@@ -150,6 +224,7 @@ class Next(_Unary):
 
     __slots__ = ()
     symbol = "X"
+    _of_all = EVENTUAL | UNIVERSAL | NORMAL
 
 
 class Eventually(_Unary):
@@ -157,6 +232,8 @@ class Eventually(_Unary):
 
     __slots__ = ()
     symbol = "F"
+    _of_all = UNIVERSAL | NORMAL
+    _of_itself = EVENTUAL
 
 
 class Always(_Unary):
@@ -164,6 +241,8 @@ class Always(_Unary):
 
     __slots__ = ()
     symbol = "G"
+    _of_all = EVENTUAL | NORMAL
+    _of_itself = UNIVERSAL
 
 
 class And(Formula):
@@ -171,9 +250,11 @@ class And(Formula):
 
     __slots__ = ()
     symbol = "&"
+    _of_all = EVENTUAL | UNIVERSAL | NORMAL
 
     def __new__(cls, *operands: Formula) -> Self:
-        return _flat(cls, operands, TRUE)
+        node: Self = _flat(cls, operands, TRUE)
+        return node
 
 
 class Or(Formula):
@@ -181,9 +262,11 @@ class Or(Formula):
 
     __slots__ = ()
     symbol = "|"
+    _of_all = EVENTUAL | UNIVERSAL | NORMAL
 
     def __new__(cls, *operands: Formula) -> Self:
-        return _flat(cls, operands, FALSE)
+        node: Self = _flat(cls, operands, FALSE)
+        return node
 
 
 class Implies(_Binary):
@@ -212,6 +295,8 @@ class Until(_Binary):
 
     __slots__ = ()
     symbol = "U"
+    _of_all = NORMAL
+    _of_last = EVENTUAL | UNIVERSAL
 
 
 class WeakUntil(_Binary):
@@ -219,6 +304,8 @@ class WeakUntil(_Binary):
 
     __slots__ = ()
     symbol = "W"
+    _of_all = EVENTUAL | NORMAL
+    _of_last = UNIVERSAL
 
 
 class Release(_Binary):
@@ -226,6 +313,8 @@ class Release(_Binary):
 
     __slots__ = ()
     symbol = "R"
+    _of_all = NORMAL
+    _of_last = EVENTUAL | UNIVERSAL
 
 
 class StrongRelease(_Binary):
@@ -233,33 +322,42 @@ class StrongRelease(_Binary):
 
     __slots__ = ()
     symbol = "M"
+    _of_all = UNIVERSAL | NORMAL
+    _of_last = EVENTUAL
 
 
 TRUE = Constant(True)
 FALSE = Constant(False)
 
 
-def _flat(cls: type[F], operands: tuple[Formula, ...], empty: Formula) -> F:
-    if any(type(operand) is cls for operand in operands):
-        operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
+def _flat(cls: type[Formula], operands: tuple[Formula, ...], empty: Formula) -> Any:
+    for operand in operands:
+        if type(operand) is cls:
+            operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
+            break
     if len(operands) > 1:
-        return _intern(cls, operands)
-    # Not an F, but callers of And and Or need no more than a Formula.
-    return cast(F, operands[0] if operands else empty)
+        return _operator(cls, operands)
+    # Not of that class, but callers of And and Or need no more than a Formula.
+    return operands[0] if operands else empty
 
 
 def postorder(formula: Formula) -> Iterator[Formula]:
     """Every distinct subformula once, operands before operators, left before right, without recursion."""
-    seen: set[int] = set()
-    stack: list[tuple[Formula, bool]] = [(formula, False)]
+    seen: set[Formula] = set()
+    stack: list[Formula | None] = [formula]
+    waiting: list[Formula] = []  # for their operands, one for each None on the stack
     while stack:
-        node, expanded = stack.pop()
-        if expanded:
-            yield node
-        elif id(node) not in seen:
-            seen.add(id(node))
-            stack.append((node, True))
-            stack.extend((child, False) for child in reversed(node.args))
+        node = stack.pop()
+        if node is None:
+            yield waiting.pop()
+        elif node not in seen:
+            seen.add(node)
+            if node.args:
+                waiting.append(node)
+                stack.append(None)
+                stack.extend(node.args[::-1])
+            else:
+                yield node
 
 
 def fold(
@@ -276,17 +374,20 @@ def fold(
         compute: the value of a node.
         within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
     """
-    stack = [] if formula in done else [formula]
+    stack: list[Formula | None] = [formula]
+    waiting: list[Formula] = []  # for their operands, one for each None on the stack
     while stack:
-        node = stack[-1]
-        args = node.args if within is None or isinstance(node, within) else ()
-        missing = [] if node in done else [child for child in args if child not in done]
-        if missing:
-            stack.extend(missing)
-            continue
-        if node not in done:
-            done[node] = compute(node, [done[child] for child in args])
-        stack.pop()
+        node = stack.pop()
+        if node is None:
+            node = waiting.pop()
+            done[node] = compute(node, [done[child] for child in node.args])
+        elif node not in done:
+            if node.args and (within is None or isinstance(node, within)):
+                waiting.append(node)
+                stack.append(None)
+                stack.extend(node.args)
+            else:
+                done[node] = compute(node, [])
     return done[formula]
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from ltlc.ltl.formula import (
+    EVENTUAL,
     FALSE,
+    LITERAL,
     TRUE,
+    UNIVERSAL,
     Always,
     And,
     Eventually,
@@ -15,13 +18,15 @@ from ltlc.ltl.formula import (
     StrongRelease,
     Until,
     WeakUntil,
-    fold,
 )
-from ltlc.ltl.normal import is_literal, negation
-from ltlc.ltl.purity import Purity, purity
+from ltlc.ltl.normal import negation
 
 _UNTILS = (Until, WeakUntil)
 _RELEASES = (Release, StrongRelease)
+_NOW_RIGHT = (Always, Release, StrongRelease)
+"""Operators that imply their last operand,"""
+_BY_RIGHT = (Eventually, Until, WeakUntil)
+"""and operators that their last operand implies."""
 
 
 class Implications:
@@ -41,22 +46,11 @@ class Implications:
         self._budget = budget
         self._known: dict[tuple[Formula, Formula], bool] = {}
         self._negations: dict[Formula, Formula] = {}
-        self._purities: dict[Formula, Purity] = {}
-        self._sizes: dict[Formula, int] = {}
 
     def negation(self, formula: Formula) -> Formula:
         """The negation, in negation normal form."""
         known = self._negations.get(formula)
         return negation(formula, self._negations) if known is None else known
-
-    def purity(self, formula: Formula) -> Purity:
-        """Whether it is a pure eventuality or universality."""
-        known = self._purities.get(formula)  # asked again and again
-        return purity(formula, self._purities) if known is None else known
-
-    def size(self, formula: Formula) -> int:
-        """Its number of nodes, written out as a tree."""
-        return fold(formula, self._sizes, lambda _, sizes: 1 + sum(sizes))
 
     def implies(self, f: Formula, g: Formula) -> bool:
         """Whether f -> g is seen to be valid."""
@@ -64,16 +58,29 @@ class Implications:
 
     def contradict(self, f: Formula, g: Formula) -> bool:
         """Whether f & g is seen to be unsatisfiable."""
+        if not f.signs & g.opposite:
+            return False
+        if f.facts & LITERAL:  # the same question, without the negation of a larger formula
+            return self.implies(g, self.negation(f))
         return self.implies(f, self.negation(g))
 
     def exhaust(self, f: Formula, g: Formula) -> bool:
         """Whether f | g is seen to be valid."""
+        if not f.opposite & g.signs:
+            return False
+        if g.facts & LITERAL:
+            return self.implies(self.negation(g), f)
         return self.implies(self.negation(f), g)
 
     def _implies(self, f: Formula, g: Formula, depth: int) -> bool:
-        if f is g or f is FALSE or g is TRUE:
+        if f is g:
             return True
-        if is_literal(f) and is_literal(g):
+        # Every chain of reasons ends in a common subformula, or in a constant.
+        if not f.signs & g.signs:
+            return False
+        if f is FALSE or g is TRUE:
+            return True
+        if f.facts & g.facts & LITERAL:
             return False
         known = self._known.get((f, g))
         if known is not None:
@@ -88,13 +95,19 @@ class Implications:
 
     def _by_connectives(self, f: Formula, g: Formula, depth: int) -> bool:
         test = self._implies
-        if isinstance(f, Or):
+        if type(f) is Or:
             return all(test(part, g, depth) for part in f.args)
-        if isinstance(g, And):
+        if type(g) is And:
             return all(test(f, part, depth) for part in g.args)
-        if isinstance(f, And) and any(test(part, g, depth) for part in f.args):
-            return True
-        return isinstance(g, Or) and any(test(f, part, depth) for part in g.args)
+        if type(f) is And:
+            for part in f.args:
+                if test(part, g, depth):
+                    return True
+        if type(g) is Or:
+            for part in g.args:
+                if test(f, part, depth):
+                    return True
+        return False
 
     def _by_operators(self, f: Formula, g: Formula, depth: int) -> bool:
         return self._weaker_now(f, g, depth) or self._stronger_now(f, g, depth) or self._step_by_step(f, g, depth)
@@ -102,47 +115,50 @@ class Implications:
     def _weaker_now(self, f: Formula, g: Formula, depth: int) -> bool:
         """By what f demands of the first position, or, if g is a pure eventuality, of any position."""
         test = self._implies
-        if isinstance(f, Always | Release | StrongRelease) and test(f.args[-1], g, depth):
+        operator = type(f)
+        if operator in _NOW_RIGHT and test(f.args[-1], g, depth):
             return True
-        if isinstance(f, _UNTILS) and test(f.args[0], g, depth) and test(f.args[1], g, depth):
+        if operator in _UNTILS and test(f.args[0], g, depth) and test(f.args[1], g, depth):
             return True
-        if self.purity(g).eventual:
-            if isinstance(f, Eventually | Next | Until):
+        if g.facts & EVENTUAL:
+            if operator is Eventually or operator is Next or operator is Until:
                 return test(f.args[-1], g, depth)
-            if isinstance(f, StrongRelease):
+            if operator is StrongRelease:
                 return test(f.args[0], g, depth)
         return False
 
     def _stronger_now(self, f: Formula, g: Formula, depth: int) -> bool:
         """By what makes g true at the first position, or, if f is a pure universality, at any position."""
         test = self._implies
-        if isinstance(g, Eventually | Until | WeakUntil) and test(f, g.args[-1], depth):
+        operator = type(g)
+        if operator in _BY_RIGHT and test(f, g.args[-1], depth):
             return True
-        if isinstance(g, _RELEASES) and test(f, g.args[0], depth) and test(f, g.args[1], depth):
+        if operator in _RELEASES and test(f, g.args[0], depth) and test(f, g.args[1], depth):
             return True
-        if self.purity(f).universal:
-            if isinstance(g, Always | Next | Release):
+        if f.facts & UNIVERSAL:
+            if operator is Always or operator is Next or operator is Release:
                 return test(f, g.args[-1], depth)
-            if isinstance(g, WeakUntil):
+            if operator is WeakUntil:
                 return test(f, g.args[0], depth)
         return False
 
     def _step_by_step(self, f: Formula, g: Formula, depth: int) -> bool:
         """By comparing operands of two temporal operators."""
         test = self._implies
-        if isinstance(f, Next) and isinstance(g, Next):
+        left, right = type(f), type(g)
+        if left is Next and right is Next:
             return test(f.args[0], g.args[0], depth)
         if len(f.args) != 2 or len(g.args) != 2:
             return False
         (a, b), (c, d) = f.args, g.args
-        strong = isinstance(f, Until | StrongRelease)
-        if isinstance(f, _UNTILS) and isinstance(g, (*_UNTILS, *_RELEASES)):
+        strong = left is Until or left is StrongRelease
+        if left in _UNTILS and right in (*_UNTILS, *_RELEASES):
             # a holds until b: then a keeps g going, and b, when it comes, implies g.
-            keeps = c if isinstance(g, _UNTILS) else d
-            return (strong or isinstance(g, WeakUntil | Release)) and test(a, keeps, depth) and test(b, g, depth)
-        if isinstance(f, _RELEASES) and isinstance(g, _UNTILS):
+            keeps = c if right in _UNTILS else d
+            return (strong or right is WeakUntil or right is Release) and test(a, keeps, depth) and test(b, g, depth)
+        if left in _RELEASES and right in _UNTILS:
             # b holds up to and including the first a.
-            return (strong or isinstance(g, WeakUntil)) and test(b, c, depth) and test(a, d, depth)
-        if isinstance(f, _RELEASES) and isinstance(g, _RELEASES):
-            return (strong or isinstance(g, Release)) and test(b, d, depth) and test(a, c, depth)
+            return (strong or right is WeakUntil) and test(b, c, depth) and test(a, d, depth)
+        if left in _RELEASES and right in _RELEASES:
+            return (strong or right is Release) and test(b, d, depth) and test(a, c, depth)
         return False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ltlc.ltl.formula import (
     FALSE,
+    NORMAL,
     TRUE,
     Always,
     And,
@@ -48,18 +49,21 @@ def nnf(formula: Formula) -> Formula:
     parse('!a R (b & X !c)')
     """
     done: dict[_Signed, Formula] = {}
-    stack: list[_Signed] = [(formula, True)]
+    stack: list[_Signed | None] = [(formula, True)]
+    waiting: list[tuple[_Signed, type[Formula], list[_Signed]]] = []  # for operands, one for each None on the stack
     while stack:
-        signed = stack[-1]
-        operator, needed = _resolve(*signed)
-        missing = () if signed in done else [other for other in needed if other not in done]
-        if missing:
-            stack.extend(missing)
-            continue
-        if signed not in done:
-            parts = [done[other] for other in needed]
-            done[signed] = _rebuild(operator, parts) if isinstance(operator, type) else operator
-        stack.pop()
+        signed = stack.pop()
+        if signed is None:
+            ready, operator, operands = waiting.pop()
+            done[ready] = _rebuild(operator, [done[operand] for operand in operands])
+        elif signed not in done:
+            result, operands = _resolve(*signed)
+            if isinstance(result, Formula):
+                done[signed] = result
+            else:
+                waiting.append((signed, result, operands))
+                stack.append(None)
+                stack.extend(operands)
     return done[formula, True]
 
 
@@ -84,20 +88,26 @@ def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, li
     A chain of & and | and -> is taken apart at once, because one operand at a time would copy a long chain over and
     over; likewise a chain of negations.
     """
-    while isinstance(node, Not):
+    while type(node) is Not:
         node, positive = node.args[0], not positive
+    if positive and node.facts & NORMAL:
+        return node, []
+    operator = type(node)
     if isinstance(node, Constant):
-        return (TRUE if node.value == positive else FALSE), []
-    if isinstance(node, Proposition):
-        return (node if positive else Not(node)), []
-    if isinstance(node, Iff | Xor):
-        return (Iff if isinstance(node, Iff) == positive else Xor), [
+        return (FALSE if node.value else TRUE), []
+    if operator is Proposition:
+        return Not(node), []
+    if operator is Iff or operator is Xor:
+        return (Iff if (operator is Iff) == positive else Xor), [
             (arg, sign) for arg in node.args for sign in (True, False)
         ]
-    if isinstance(node, And | Or | Implies):
-        connective = And if isinstance(node, And) == positive else Or
+    if operator in _CHAINED:
+        connective = And if (operator is And) == positive else Or
         return connective, _chain(node, positive, connective)
-    return (type(node) if positive else DUAL[type(node)]), [(arg, positive) for arg in node.args]
+    return (operator if positive else DUAL[operator]), [(arg, positive) for arg in node.args]
+
+
+_CHAINED = (And, Or, Implies)
 
 
 def _chain(node: Formula, positive: bool, connective: type[Formula]) -> list[_Signed]:
@@ -105,11 +115,14 @@ def _chain(node: Formula, positive: bool, connective: type[Formula]) -> list[_Si
     pending = [(node, positive)]
     while pending:
         part, sign = pending.pop()
-        if isinstance(part, Not):
+        operator = type(part)
+        if operator is Not:
             pending.append((part.args[0], not sign))
-        elif isinstance(part, And | Or | Implies) and (isinstance(part, And) == sign) == (connective is And):
-            signs = (not sign, sign) if isinstance(part, Implies) else (sign,) * len(part.args)
-            pending.extend(reversed(list(zip(part.args, signs, strict=True))))
+        elif operator in _CHAINED and ((operator is And) == sign) == (connective is And):
+            if operator is Implies:
+                pending += (part.args[1], sign), (part.args[0], not sign)
+            else:
+                pending.extend([(arg, sign) for arg in part.args[::-1]])
         else:
             operands.append((part, sign))
     return operands

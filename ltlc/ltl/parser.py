@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ltlc.ltl.diagnosis import error_at, explain_character, explain_token, warn_of_misreadings
+from ltlc.ltl.diagnosis import error_at, explain_character, explain_token, may_be_misread, warn_of_misreadings
 from ltlc.ltl.formula import (
     FALSE,
     TRUE,
@@ -28,9 +28,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
     Xor,
 )
-
-if TYPE_CHECKING:
-    from lark import Lark, Token
+from ltlc.ltl.grammar import UNKNOWN, Grammar, Misfit, Token
 
 
 def parse(text: str) -> Formula:
@@ -48,57 +46,46 @@ def parse(text: str) -> Formula:
         LtlSyntaxWarning: what looks like a name was read as operators, as in `Goal`, which is `G oal`.
     """
     formula, tokens = parse_tokens(text, _decide_letters)
-    warn_of_misreadings(tokens, stacklevel=3)
+    if may_be_misread(text):
+        warn_of_misreadings(tokens(), stacklevel=3)
     return formula
 
 
 def parse_tokens(
-    text: str, decide: Callable[[list[Token]], list[Token]] = lambda tokens: tokens
-) -> tuple[Formula, list[Token]]:
-    """The formula and the tokens it was read from, after `decide` has changed what they are.
+    text: str, decide: Callable[[list[str], Sequence[str]], None] = lambda kinds, texts: None
+) -> tuple[Formula, Callable[[], list[Token]]]:
+    """The formula and the tokens it was read from, after `decide(kinds, texts)` has changed what kinds they are.
 
     Raises:
         LtlSyntaxError: it is not a formula.
     """
-    from lark import UnexpectedCharacters, UnexpectedToken
+    grammar = _grammar()
+    matches = grammar.scan(text)
+    kinds = [match.lastgroup or "" for match in matches]
+    texts = [match[0] for match in matches]
 
-    run = _parser().parse_interactive(text)
+    def tokens() -> list[Token]:
+        return [Token(kind, match[0], *match.span()) for kind, match in zip(kinds, matches, strict=True)]
+
+    if UNKNOWN in kinds:
+        raise explain_character(text, matches[kinds.index(UNKNOWN)].start())
+    if '""' in texts:
+        raise error_at("a name has at least one character", text, matches[texts.index('""')].start(), 'write "name"')
+    decide(kinds, texts)
     try:
-        tokens = decide(list(run.lexer_thread.lex(run.parser_state)))  # type: ignore[no-untyped-call]
-    except UnexpectedCharacters as error:
-        raise explain_character(text, error.pos_in_stream or 0) from None
-    unnamed = next((token for token in tokens if token.type == "QUOTED" and token == '""'), None)
-    if unnamed is not None:
-        raise error_at("a name has at least one character", text, unnamed.start_pos or 0, 'write "name"')
-    fed = 0
-    try:
-        for token in tokens:
-            run.feed_token(token)
-            fed += 1
-        formula: Formula = run.feed_eof()  # type: ignore[no-untyped-call]
-    except UnexpectedToken:
-        raise explain_token(text, tokens, fed) from None
+        formula: Formula = grammar.parse(kinds, texts)
+    except Misfit as misfit:
+        raise explain_token(text, tokens(), misfit.index) from None
     return formula, tokens
 
 
-def _decide_letters(tokens: list[Token]) -> list[Token]:
+def _decide_letters(kinds: list[str], texts: Sequence[str]) -> None:
     """The letters t and f mean true and false, unless a neighbor in the alphabet is a proposition too."""
-    from lark import Token
-
-    names = {str(token) for token in tokens if token.type == "NAME"}
-    constants = {}
-    if "t" in names and not names & {"s", "u"}:
-        constants["t"] = "_TRUE"
-    if "f" in names and not names & {"e", "g"}:
-        constants["f"] = "_FALSE"
-    if not constants:
-        return tokens
-    return [
-        Token.new_borrow_pos(constants[token], str(token), token)
-        if token.type == "NAME" and token in constants
-        else token
-        for token in tokens
-    ]
+    for letter, constant, neighbors in (("t", "_TRUE", ("s", "u")), ("f", "_FALSE", ("e", "g"))):
+        if letter in texts and not any(neighbor in texts for neighbor in neighbors):
+            for i, text in enumerate(texts):
+                if text == letter:
+                    kinds[i] = constant
 
 
 def read_formulas(source: str | Iterable[str]) -> Iterator[tuple[int, str]]:
@@ -123,19 +110,22 @@ _COMMENT = re.compile(r'(?P<quoted>"(?:[^"\\]|\\.)*")|(?:#|//).*', re.DOTALL)
 
 
 @cache
-def _parser() -> Lark:
-    from lark import Lark
+def _grammar() -> Grammar:
+    # Nodes are made while the text is parsed, so no tree is ever built or walked, and nesting costs no recursion.
+    return Grammar(_builders())
 
-    # Nodes are made while the parser reduces, so no tree is ever built or walked, and nesting costs no recursion.
+
+def _builders() -> SimpleNamespace:
+    """For each rule of the grammar that has a name, what its value is; given its operands."""
     builders = SimpleNamespace(**{rule: _builder(node) for rule, node in _NODES.items()})
-    builders.quoted = lambda children: Proposition(_ESCAPE.sub(r"\1", children[0][1:-1]))
-    builders.true = lambda children: TRUE
-    builders.false = lambda children: FALSE
-    return Lark.open_from_package("ltlc.grammars", "ltl.lark", parser="lalr", lexer="basic", transformer=builders)
+    builders.quoted = lambda operands: Proposition(_ESCAPE.sub(r"\1", operands[0][1:-1]))
+    builders.true = lambda operands: TRUE
+    builders.false = lambda operands: FALSE
+    return builders
 
 
 def _builder(node: Callable[..., Formula]) -> Callable[[list[Any]], Formula]:
-    return lambda children: node(*children)
+    return lambda operands: node(*operands)
 
 
 _NODES: dict[str, Callable[..., Formula]] = {

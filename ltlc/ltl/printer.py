@@ -47,7 +47,7 @@ class _Style:
     binding: Mapping[type[Formula], tuple[int, int, int]]
 
 
-_STRONGEST = 9
+_ATOM = (9, 9, 9)
 _BINDING: Mapping[type[Formula], tuple[int, int, int]] = MappingProxyType(
     dict.fromkeys((Not, Next, Eventually, Always), (6, 6, 6))
     | dict.fromkeys((Until, Release, WeakUntil, StrongRelease), (5, 6, 5))
@@ -173,27 +173,24 @@ def _write(formula: Formula, style: _Style) -> str:
         node, least = item
         if isinstance(node, Proposition):
             pieces.append(style.name(node.name))
-        elif isinstance(node, Constant):
+            continue
+        if isinstance(node, Constant):
             pieces.append(style.constants[node.value])
+            continue
+        operator = type(node)
+        strength, left, right = style.binding[operator]
+        if strength < least:
+            pieces.append("(")
+            pending.append(")")
+        if operator in style.prefix:
+            bracketed = style.binding.get(type(node.args[0]), _ATOM)[0] < right
+            pieces.append(style.prefix[operator].rstrip(" ") if bracketed else style.prefix[operator])
+            pending.append((node.args[0], right))
         else:
-            pending.extend(reversed(_expand(node, least, style)))
+            for operand in node.args[:0:-1]:
+                pending += (operand, right), style.infix[operator]
+            pending.append((node.args[0], left))
     return "".join(pieces)
-
-
-def _expand(node: Formula, least: int, style: _Style) -> list[str | tuple[Formula, int]]:
-    operator = type(node)
-    strength, left, right = style.binding[operator]
-    parts: list[str | tuple[Formula, int]]
-    if operator in style.prefix:
-        symbol = style.prefix[operator]
-        operand = node.args[0]
-        bracketed = style.binding.get(type(operand), (_STRONGEST,))[0] < right
-        parts = [symbol.rstrip(" ") if bracketed else symbol, (operand, right)]
-    else:
-        parts = [(node.args[0], left)]
-        for operand in node.args[1:]:
-            parts += [style.infix[operator], (operand, right)]
-    return ["(", *parts, ")"] if strength < least else parts
 
 
 def _core(formula: Formula) -> Formula:

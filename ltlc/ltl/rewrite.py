@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from functools import cache
 
-from ltlc.ltl.formula import Formula
+from ltlc.ltl.formula import LITERAL, Formula
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.normal import nnf
-from ltlc.ltl.rule import Rule
+from ltlc.ltl.rule import Rewrite, Rule
+from ltlc.ltl.rules_binary import BINARY_RULES
 from ltlc.ltl.rules_boolean import BOOLEAN_RULES
-from ltlc.ltl.rules_temporal import TEMPORAL_RULES
+from ltlc.ltl.rules_unary import UNARY_RULES
 
-RULES: tuple[Rule, ...] = (*BOOLEAN_RULES, *TEMPORAL_RULES)
+RULES: tuple[Rule, ...] = (*BOOLEAN_RULES, *UNARY_RULES, *BINARY_RULES)
 """In the order in which they are tried on a node."""
 
 STEPS_PER_NODE = 50
@@ -39,23 +40,33 @@ def simplify(formula: Formula) -> Formula:
     root = nnf(formula)
     known = Implications()
     done: dict[Formula, Formula] = {}
-    steps = STEPS_PER_NODE * min(known.size(root), MAX_TREE)
+    steps = STEPS_PER_NODE * min(root.size, MAX_TREE)
     # Each entry is an original node and what it has become so far; it waits there until the operands are done.
     stack = [(root, root)]
     while stack:
         origin, node = stack[-1]
-        missing = [] if node in done else [child for child in node.args if child not in done]
-        if missing:
-            stack.extend((child, child) for child in missing)
-            continue
         if node in done:
             done[origin] = done[node]
             stack.pop()
             continue
-        better: Formula | None = node.with_args(tuple(done[child] for child in node.args))
-        if better is node:
+        height = len(stack)
+        same = True
+        for child in node.args:
+            simple = done.get(child)
+            if simple is not None:
+                same = same and simple is child
+            elif child.facts & LITERAL:
+                done[child] = child
+            else:
+                stack.append((child, child))
+        if len(stack) > height:
+            continue
+        better: Formula | None
+        if same:
             better = _first_rewrite(node, known) if steps > 0 else None
             steps -= 1
+        else:
+            better = node.with_args(tuple([done[child] for child in node.args]))
         if better is None:
             done[node] = node
         else:
@@ -64,17 +75,29 @@ def simplify(formula: Formula) -> Formula:
 
 
 def _first_rewrite(node: Formula, known: Implications) -> Formula | None:
-    for rule in _rules_by_operator().get(type(node), ()):
-        result = rule.apply(node, known)
+    for apply in candidates(node):
+        result = apply(node, known)
         if result is not None:
             return result
     return None
 
 
+def candidates(node: Formula) -> tuple[Rewrite, ...]:
+    """The rules that may apply to a node, by the classes of its operands and the propositions they share."""
+    shared = False
+    met = 0
+    for arg in node.args:
+        either = arg.signs | arg.opposite
+        shared = shared or bool(either & met)
+        met |= either
+    # mypy takes a class, as the argument of a cached function, for one of its instances.
+    return _candidates(type(node), frozenset(map(type, node.args)), shared)  # type: ignore[arg-type]
+
+
 @cache
-def _rules_by_operator() -> dict[type[Formula], list[Rule]]:
-    table: dict[type[Formula], list[Rule]] = {}
-    for rule in RULES:
-        for operator in rule.operators:
-            table.setdefault(operator, []).append(rule)
-    return table
+def _candidates(operator: type[Formula], operands: frozenset[type[Formula]], shared: bool) -> tuple[Rewrite, ...]:
+    return tuple(
+        rule.apply
+        for rule in RULES
+        if operator in rule.operators and (not rule.having or rule.having & operands) and (shared or not rule.shared)
+    )

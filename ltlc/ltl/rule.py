@@ -10,6 +10,8 @@ from ltlc.ltl.implication import Implications
 
 MAX_PAIRWISE = 40
 """Rules that compare operands pair by pair leave longer conjunctions and disjunctions alone."""
+MAX_COPIED = 60
+"""Rules that write an operand twice leave one of more nodes alone, so that nesting cannot double it over and over."""
 
 Rewrite = Callable[[Formula, Implications], Formula | None]
 
@@ -29,6 +31,10 @@ class Rule:
     operators: tuple[type[Formula], ...]
     """the operators of the nodes it is tried on."""
     apply: Rewrite
+    having: frozenset[type[Formula]] = frozenset()
+    """if not empty, some operand of the node has to be of one of these classes."""
+    shared: bool = False
+    """whether two operands of the node have to have a proposition in common, or one of them a constant."""
     grows: bool = False
     """whether the result may be larger; it is then of a shape that gives smaller automata."""
 
@@ -37,12 +43,19 @@ class RuleBook(list[Rule]):
     """Rules in the order in which they are tried."""
 
     def rule(
-        self, *operators: type[Formula], name: str, laws: str, grows: bool = False
+        self,
+        *operators: type[Formula],
+        name: str,
+        laws: str,
+        having: tuple[type[Formula], ...] = (),
+        shared: bool = False,
+        grows: bool = False,
     ) -> Callable[[Rewrite], Rewrite]:
         """Registers the decorated function; `laws` are separated by semicolons."""
 
         def register(apply: Rewrite) -> Rewrite:
-            self.append(Rule(name, tuple(law.strip() for law in laws.split(";")), operators, apply, grows))
+            texts = tuple(law.strip() for law in laws.split(";"))
+            self.append(Rule(name, texts, operators, apply, frozenset(having), shared, grows))
             return apply
 
         return register
@@ -51,3 +64,17 @@ class RuleBook(list[Rule]):
 def operands(formula: Formula, connective: type[Formula]) -> tuple[Formula, ...]:
     """The operands of an & or |, or the formula alone if it is no such one."""
     return formula.args if type(formula) is connective else (formula,)
+
+
+def take_out(
+    operand: Formula, facts: int, wrap: Callable[[Formula], Formula], around: Formula | None = None
+) -> Formula | None:
+    """Splits an & or | into wrap(the parts that stay) and those with all the facts, each of these under `around`."""
+    moved = [part for part in operand.args if part.facts & facts == facts]
+    if not moved or (len(moved) == len(operand.args) and around is None):
+        return None
+    stay = [part for part in operand.args if part.facts & facts != facts]
+    connective = type(operand)
+    return connective(
+        wrap(connective(*stay)), *(part if around is None else around.with_args((part,)) for part in moved)
+    )

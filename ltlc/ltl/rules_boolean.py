@@ -8,6 +8,8 @@ from typing import TypeVar
 
 from ltlc.ltl.formula import (
     FALSE,
+    LITERAL,
+    SUSPENDABLE,
     TRUE,
     Always,
     And,
@@ -24,7 +26,6 @@ from ltlc.ltl.formula import (
     fold,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.normal import is_literal
 from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
 
 BOOLEAN_RULES = RuleBook()
@@ -34,7 +35,7 @@ MAX_INFORMED = 500
 """Literals are put into operands of at most this many nodes."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Side:
     """What differs between & and |."""
 
@@ -55,12 +56,14 @@ SIDES = {And: _Side(Or, TRUE, FALSE, Always, Eventually), Or: _Side(And, FALSE, 
     name="constants-and-repetitions",
     laws="a & true = a; a & false = false; a | false = a; a | true = true; a & a = a; a | a = a; "
     "p & !p = false; p | !p = true",
+    shared=True,
 )
 def _constants_and_repetitions(node: Formula, _: Implications) -> Formula | None:
     connective = type(node)
     side = SIDES[connective]
-    parts = dict.fromkeys(part for part in node.args if part is not side.unit)
-    if side.zero in parts or any(isinstance(part, Not) and part.args[0] in parts for part in parts):
+    parts = dict.fromkeys(node.args)
+    parts.pop(side.unit, None)
+    if side.zero in parts or any(type(part) is Not and part.args[0] in parts for part in parts):
         return side.zero
     return connective(*parts) if len(parts) < len(node.args) else None
 
@@ -71,18 +74,20 @@ def _constants_and_repetitions(node: Formula, _: Implications) -> Formula | None
     name="gather",
     laws="X a & X b = X(a & b); X a | X b = X(a | b); G a & G b = G(a & b); F a | F b = F(a | b); "
     "F G a & F G b = F G(a & b); G F a | G F b = G F(a | b)",
+    having=(Next, Eventually, Always),
 )
-def _gather(node: Formula, known: Implications) -> Formula | None:
+def _gather(node: Formula, _: Implications) -> Formula | None:
     """One X, one G or F, and one FG or GF for all operands of that form."""
     connective = type(node)
     side = SIDES[connective]
 
     def form(part: Formula) -> tuple[type[Formula], ...] | None:
-        if isinstance(part, Next):
+        operator = type(part)
+        if operator is Next:
             return (Next,)
-        if isinstance(part, side.other) and isinstance(part.args[0], side.lasting):
+        if operator is side.other and type(part.args[0]) is side.lasting:
             return (side.other, side.lasting)
-        if isinstance(part, side.lasting) and not known.purity(part).suspendable:
+        if operator is side.lasting and part.facts & SUSPENDABLE != SUSPENDABLE:
             return (side.lasting,)
         return None
 
@@ -106,21 +111,24 @@ def _gather(node: Formula, known: Implications) -> Formula | None:
     "(a R b) & (a R c) = a R (b & c); (a M b) & (a M c) = a M (b & c); (a R b) & (a M c) = a M (b & c); "
     "(a U b) | (a U c) = a U (b | c); (a W b) | (a W c) = a W (b | c); (a U b) | (a W c) = a W (b | c); "
     "(a R c) | (b R c) = (a | b) R c; (a M c) | (b M c) = (a | b) M c; (a R c) | (b M c) = (a | b) R c",
+    having=(Until, WeakUntil, Release, StrongRelease),
+    shared=True,
 )
 def _common_operand(node: Formula, _: Implications) -> Formula | None:
     connective = type(node)
     conjunction = connective is And
 
     def form(part: Formula) -> tuple[bool, Formula] | None:
-        if isinstance(part, Until | WeakUntil):
+        operator = type(part)
+        if operator is Until or operator is WeakUntil:
             return True, part.args[1 if conjunction else 0]
-        if isinstance(part, Release | StrongRelease):
+        if operator is Release or operator is StrongRelease:
             return False, part.args[0 if conjunction else 1]
         return None
 
     def merge(key: tuple[bool, Formula], group: list[Formula]) -> Formula:
         until, common = key
-        strengths = [isinstance(part, Until | StrongRelease) for part in group]
+        strengths = [isinstance(part, (Until, StrongRelease)) for part in group]
         strong = any(strengths) if conjunction else all(strengths)
         operator = (Until if strong else WeakUntil) if until else (StrongRelease if strong else Release)
         if until == conjunction:
@@ -135,12 +143,13 @@ def _merge_groups(
 ) -> Formula | None:
     """Replaces all operands of one form by a single one, where the first of them stood."""
     keys = [form(part) for part in node.args]
+    found = [key for key in keys if key is not None]
+    if len(set(found)) == len(found):
+        return None
     groups: dict[Key, list[Formula]] = {}
     for key, part in zip(keys, node.args, strict=True):
         if key is not None:
             groups.setdefault(key, []).append(part)
-    if all(len(group) == 1 for group in groups.values()):
-        return None
     parts = []
     for key, part in zip(keys, node.args, strict=True):
         if key is None:
@@ -156,14 +165,19 @@ def _merge_groups(
     Or,
     name="weak-and-strong",
     laws="(a W b) & F b = a U b; (a R b) & F a = a M b; (a U b) | G a = a W b; (a M b) | G b = a R b",
+    having=(Eventually, Always),
+    shared=True,
 )
 def _weak_and_strong(node: Formula, _: Implications) -> Formula | None:
     connective = type(node)
     side = SIDES[connective]
-    present = set(node.args)
+    extras = {part.args[0]: part for part in node.args if type(part) is side.other}
+    if not extras:
+        return None
     for part in node.args:
         for operator, needed, result in _COMPLETED[connective]:
-            if isinstance(part, operator) and (extra := side.other(part.args[needed])) in present:
+            if type(part) is operator and part.args[needed] in extras:
+                extra = extras[part.args[needed]]
                 parts = [result(*part.args) if other is part else other for other in node.args if other is not extra]
                 return connective(*parts)
     return None
@@ -181,6 +195,7 @@ _COMPLETED: dict[type[Formula], tuple[tuple[type[Formula], int, type[Formula]], 
     Or,
     name="implied",
     laws="a & b = a if a -> b; a | b = b if a -> b; a & b = false if a -> !b; a | b = true if !a -> b",
+    shared=True,
 )
 def _implied(node: Formula, known: Implications) -> Formula | None:
     """Drops operands that others imply (&) or that imply others (|), or finds that they contradict (exhaust)."""
@@ -188,21 +203,20 @@ def _implied(node: Formula, known: Implications) -> Formula | None:
         return None
     connective = type(node)
     conjunction = connective is And
+    clash = known.contradict if conjunction else known.exhaust
+
+    def redundant(part: Formula, other: Formula) -> bool:
+        return known.implies(other, part) if conjunction else known.implies(part, other)
+
     kept: list[Formula] = []
     for part in node.args:
-        redundant = known.implies if conjunction else _flip(known.implies)
-        if any(redundant(other, part) for other in kept):
+        if any(redundant(part, other) for other in kept):
             continue
-        kept = [other for other in kept if not redundant(part, other)]
-        clash = known.contradict if conjunction else known.exhaust
+        kept = [other for other in kept if not redundant(other, part)]
         if any(clash(other, part) for other in kept):
             return SIDES[connective].zero
         kept.append(part)
     return connective(*kept) if len(kept) < len(node.args) else None
-
-
-def _flip(test: Callable[[Formula, Formula], bool]) -> Callable[[Formula, Formula], bool]:
-    return lambda f, g: test(g, f)
 
 
 @BOOLEAN_RULES.rule(
@@ -210,17 +224,19 @@ def _flip(test: Callable[[Formula, Formula], bool]) -> Callable[[Formula, Formul
     Or,
     name="unit-resolution",
     laws="a & (b | c) = a & b if a -> !c; a | (b & c) = a | b if !a -> c",
+    having=(And, Or),
+    shared=True,
 )
 def _unit_resolution(node: Formula, known: Implications) -> Formula | None:
     """Inside the disjunctions among conjuncts (and dually), drops what another operand rules out."""
     connective = type(node)
     dual = SIDES[connective].dual
-    if len(node.args) > MAX_PAIRWISE or not any(isinstance(part, dual) for part in node.args):
+    if len(node.args) > MAX_PAIRWISE:
         return None
     clash = known.contradict if connective is And else known.exhaust
     parts = list(node.args)
     for i, part in enumerate(parts):
-        if isinstance(part, dual):
+        if type(part) is dual:
             others = parts[:i] + parts[i + 1 :]
             kept = [piece for piece in part.args if not any(clash(other, piece) for other in others)]
             parts[i] = dual(*kept) if len(kept) < len(part.args) else part
@@ -232,11 +248,13 @@ def _unit_resolution(node: Formula, known: Implications) -> Formula | None:
     Or,
     name="common-factor",
     laws="(a & b) | (a & c) = a & (b | c); (a | b) & (a | c) = a | (b & c)",
+    having=(And, Or),
+    shared=True,
 )
 def _common_factor(node: Formula, _: Implications) -> Formula | None:
     connective = type(node)
     dual = SIDES[connective].dual
-    if not all(isinstance(part, dual) for part in node.args):
+    if any(type(part) is not dual for part in node.args):
         return None
     common = set(node.args[0].args).intersection(*(part.args for part in node.args[1:]))
     if not common:
@@ -246,12 +264,17 @@ def _common_factor(node: Formula, _: Implications) -> Formula | None:
     return dual(*factors, connective(*rests))
 
 
-@BOOLEAN_RULES.rule(And, Or, name="literal-now", laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)")
+@BOOLEAN_RULES.rule(
+    And,
+    Or,
+    name="literal-now",
+    laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)",
+    having=(And, Or),
+    shared=True,
+)
 def _literal_now(node: Formula, known: Implications) -> Formula | None:
-    def stated(part: Formula) -> Formula | None:
-        return part if is_literal(part) else None
-
-    return _inform(node, known, stated, lambda part: isinstance(part, And | Or), (And, Or))
+    stated = [part if part.facts & LITERAL else None for part in node.args]
+    return _inform(node, known, stated, lambda part: isinstance(part, (And, Or)), (And, Or))
 
 
 @BOOLEAN_RULES.rule(
@@ -259,13 +282,12 @@ def _literal_now(node: Formula, known: Implications) -> Formula | None:
     Or,
     name="literal-always",
     laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; F p | a U (b & p) = F p",
+    having=(Eventually, Always),
+    shared=True,
 )
 def _literal_always(node: Formula, known: Implications) -> Formula | None:
-    side = SIDES[type(node)]
-
-    def stated(part: Formula) -> Formula | None:
-        return part.args[0] if isinstance(part, side.lasting) else None
-
+    lasting = SIDES[type(node)].lasting
+    stated = [part.args[0] if type(part) is lasting else None for part in node.args]
     return _inform(node, known, stated, lambda _: True)
 
 
@@ -274,21 +296,20 @@ def _literal_always(node: Formula, known: Implications) -> Formula | None:
     Or,
     name="literal-in-the-limit",
     laws="F G p & G F(a & p) = F G p & G F a; G F p | F G(a | p) = G F p | F G a",
+    having=(Eventually, Always),
+    shared=True,
 )
 def _literal_in_the_limit(node: Formula, known: Implications) -> Formula | None:
     side = SIDES[type(node)]
-
-    def stated(part: Formula) -> Formula | None:
-        outer = isinstance(part, side.other) and isinstance(part.args[0], side.lasting)
-        return part.args[0].args[0] if outer else None
-
-    return _inform(node, known, stated, lambda part: known.purity(part).suspendable)
+    outer = [part.args[0] if type(part) is side.other else None for part in node.args]
+    stated = [inner.args[0] if type(inner) is side.lasting else None for inner in outer]
+    return _inform(node, known, stated, lambda part: part.facts & SUSPENDABLE == SUSPENDABLE)
 
 
 def _inform(
     node: Formula,
     known: Implications,
-    stated: Callable[[Formula], Formula | None],
+    stated: list[Formula | None],
     concerned: Callable[[Formula], bool],
     within: tuple[type[Formula], ...] | None = None,
 ) -> Formula | None:
@@ -297,25 +318,26 @@ def _inform(
     Args:
         node: the conjunction or disjunction.
         known: what is known about its parts.
-        stated: the formula whose literals an operand states, or None.
+        stated: for each operand, the formula whose literals it states, or None.
         concerned: whether a statement holds in an operand.
         within: the operators under which it holds; None for all.
     """
     connective = type(node)
     values: dict[Formula, Formula] = {}
     sources = set()
-    for part in node.args:
-        statement = stated(part)
-        literals = operands(statement, connective) if statement is not None else ()
-        for literal in filter(is_literal, literals):
-            sources.add(part)
-            values[literal] = SIDES[connective].unit
-            values[known.negation(literal)] = SIDES[connective].zero
+    signs = 0
+    for part, statement in zip(node.args, stated, strict=True):
+        for literal in operands(statement, connective) if statement is not None else ():
+            if literal.facts & LITERAL:
+                sources.add(part)
+                signs |= literal.signs | literal.opposite
+                values[literal] = SIDES[connective].unit
+                values[known.negation(literal)] = SIDES[connective].zero
     if not values:
         return None
     parts = [
         fold(part, dict(values), lambda inner, args: inner.with_args(tuple(args)) if args else inner, within)
-        if part not in sources and concerned(part) and known.size(part) <= MAX_INFORMED
+        if part.signs & signs and part not in sources and concerned(part) and part.size <= MAX_INFORMED
         else part
         for part in node.args
     ]

@@ -21,7 +21,15 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.policy_evaluation import policy_evaluation
 from ltlc.mdp.policy_iteration import optimal_total_reward, policy_iteration
-from ltlc.mdp.prism import induced_process, product_process, to_prism_language, with_sure_labels, write_explicit
+from ltlc.mdp.prism import (
+    induced_process,
+    product_process,
+    to_prism_language,
+    with_one_start,
+    with_sure_labels,
+    write_explicit,
+)
+from ltlc.mdp.prism_export import Exported, export_checkable
 from ltlc.mdp.prism_reader import read_explicit, read_state_rewards
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
@@ -36,6 +44,7 @@ __all__ = [
     "EndComponents",
     "Estimate",
     "ExplicitMDP",
+    "Exported",
     "FirstAcceptance",
     "LabelledMDP",
     "MarkovChain",
@@ -52,6 +61,7 @@ __all__ = [
     "expected_return",
     "expected_steps",
     "expected_violations",
+    "export_checkable",
     "first_acceptance",
     "induced_chain",
     "induced_process",
@@ -71,6 +81,7 @@ __all__ = [
     "to_prism_language",
     "value_iteration",
     "violations_per_step",
+    "with_one_start",
     "with_sure_labels",
     "write_explicit",
 ]

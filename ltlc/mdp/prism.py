@@ -1,6 +1,7 @@
 """PRISM's explicit files and module language: models out and in, so that PRISM or Storm can check an answer again.
 
-A state of PRISM has its labels surely, and a run starts in one state. `with_sure_labels` makes the first so.
+A state of PRISM has its labels surely, and a run starts in one state. `with_sure_labels` and `with_one_start` make both
+so. States that their names give coordinates, such as the cells of a grid world, `(4, 1)`, get a variable for each.
 
 References:
     M. Kwiatkowska, G. Norman, D. Parker, PRISM 4.0: verification of probabilistic real-time systems, CAV 2011, DOI
@@ -29,12 +30,22 @@ from ltlc.mdp.product import Product
 
 Style = Literal["prism", "storm"]
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_RESERVED = (
+    "A bool clock const ctmc C double dtmc E endinit endinvariant endmodule endobservables endrewards endsystem false "
+    "formula filter func F global G init invariant I int label max mdp min module X nondeterministic observable "
+    "observables of P Pmin Pmax pomdp popta probabilistic prob pta rate rewards Rmin Rmax R S smg stochastic system "
+    "true U W"
+)
+"""words that PRISM does not take as names of actions."""
+_STATE = re.compile(r"(?:\((?P<row>\d+), ?(?P<column>\d+)\)|(?P<s>\d+))(?:, letter (?P<letter>\d+))?(?:, q(?P<q>\d+))?")
+"""names of states that say their variables: a cell or a number, the letter drawn there, the state of an automaton."""
 
 
 def with_sure_labels(mdp: LabelledMDP) -> tuple[LabelledMDP, IntArray]:
     """The same process with states (state, letter), each of which has its label surely, and the state behind each.
 
-    The letter is drawn on entering, as before. A process whose labels are sure already is given back as it is.
+    The letter is drawn on entering, as before; where the states have names, it becomes a part of them, as a bitmask. A
+    process whose labels are sure already is given back as it is.
     """
     probability = mdp.label_probability
     if probability.nnz == mdp.n_states:
@@ -55,10 +66,42 @@ def with_sure_labels(mdp: LabelledMDP) -> tuple[LabelledMDP, IntArray]:
         ),
         initial_state=int(np.argmax(start)),
         initial_distribution=start,
-        state_names=None if names is None else tuple(names[state] for state in origin),
+        state_names=None
+        if names is None
+        else tuple(
+            f"{names[state]}, letter {letter}"
+            for state, letter in zip(origin.tolist(), mdp.letters[probability.indices].tolist(), strict=True)
+        ),
         action_names=mdp.action_names,
     )
     return sure, origin
+
+
+def with_one_start(mdp: LabelledMDP) -> tuple[LabelledMDP, bool]:
+    """The same process with one first state, and whether there is now a step before the first one.
+
+    A random start becomes a state without label, the last one, from which every action leads to where it started.
+    """
+    if np.count_nonzero(mdp.start) == 1:
+        return mdp, False
+    first = sparse.csr_array(mdp.start[None, :])
+    letters = mdp.letters if (mdp.letters == 0).any() else np.append(mdp.letters, 0)
+    extra = len(letters) - len(mdp.letters)
+    unlabelled = sparse.csr_array(((letters == 0).astype(np.float64))[None, :])
+    n = mdp.n_states
+    return LabelledMDP(
+        aps=mdp.aps,
+        transitions=tuple(
+            sparse.hstack((sparse.vstack((matrix, first)), sparse.csr_array((n + 1, 1))), format="csr")
+            for matrix in mdp.transitions
+        ),
+        letters=letters,
+        label_probability=sparse.vstack(
+            (sparse.hstack((mdp.label_probability, sparse.csr_array((n, extra)))), unlabelled), format="csr"
+        ),
+        initial_state=n,
+        action_names=mdp.action_names,
+    ), True
 
 
 def product_process(product: Product) -> LabelledMDP:
@@ -91,7 +134,7 @@ def induced_process(product: Product, policy: npt.ArrayLike) -> LabelledMDP:
 def _with_labels_of(
     product: Product, transitions: tuple[Any, ...], action_names: tuple[str, ...] | None
 ) -> LabelledMDP:
-    n = product.n_states
+    n, names = product.n_states, product.mdp.state_names
     letters, column = np.unique(_sure_letters(product.mdp)[product.mdp_state], return_inverse=True)
     return LabelledMDP(
         aps=product.mdp.aps,
@@ -100,7 +143,10 @@ def _with_labels_of(
         label_probability=sparse.csr_array((np.ones(n), column, np.arange(n + 1)), shape=(n, len(letters))),
         initial_state=int(np.argmax(product.initial)),
         initial_distribution=product.initial,
-        state_names=tuple(product.describe(state).partition("(")[2][:-1] for state in range(n)),
+        state_names=tuple(
+            f"{state if names is None else names[state]}, q{q}"
+            for state, q in zip(product.mdp_state.tolist(), product.machine_state.tolist(), strict=True)
+        ),
         action_names=action_names,
     )
 
@@ -127,15 +173,13 @@ def write_explicit(
     if style not in ("prism", "storm"):
         raise InvalidArgumentError(f'style is {style!r}, expected "prism" or "storm"')
     letters, start = _sure_letters(mdp), _one_start(mdp)
-    for name in mdp.aps:
-        if not _NAME.fullmatch(name) or name in ("init", "deadlock"):
-            raise InvalidArgumentError(f"proposition {name!r} cannot be the name of a label in PRISM's files")
+    _check_labels(mdp.aps)
     if state_reward is not None and np.shape(state_reward) != (mdp.n_states,):
         raise InvalidArgumentError(f"state_reward has shape {np.shape(state_reward)}, expected ({mdp.n_states},)")
     texts = {
         ".tra": _transitions_text(mdp, style),
         ".lab": _labels_text(mdp, letters, start, style),
-        ".sta": "(s)\n" + "".join(f"{state}:({state})\n" for state in range(mdp.n_states)),
+        ".sta": _states_text(*_variables(mdp)),
     }
     if state_reward is not None:
         paid = np.flatnonzero(state_reward)
@@ -145,28 +189,66 @@ def write_explicit(
 
 
 def to_prism_language(mdp: LabelledMDP) -> str:
-    """The process in PRISM's module language: one variable, a command per choice, a label per proposition.
+    """The process in PRISM's module language: a command per choice, a label per proposition.
+
+    Variables are what the names of the states say, such as row, column and q; else there is one, s.
 
     Raises:
         InvalidArgumentError: labels or the start are random, or a name cannot be written.
     """
     letters, start = _sure_letters(mdp), _one_start(mdp)
+    _check_labels(mdp.aps)
     base, matrix = mdp.explicit, mdp.explicit.matrix
-    actions = _action_identifiers(mdp)
+    actions = _action_identifiers(mdp) if mdp.n_actions > 1 else [""]
     lines = ["mdp" if mdp.n_actions > 1 else "dtmc", "", "module model"]
-    lines += [f"  s : [0..{max(1, mdp.n_states - 1)}] init {start};"]
+    names, values = _variables(mdp)
+    highest = np.maximum(values.max(axis=0), 1).tolist()
+    lines += [
+        f"  {name} : [0..{high}] init {first};" for name, high, first in zip(names, highest, values[start], strict=True)
+    ]
+    rows = values.tolist()
+    here = [" & ".join(f"{name}={v}" for name, v in zip(names, row, strict=True)) for row in rows]
     for choice, (state, action) in enumerate(zip(base.choice_state.tolist(), base.choice_action.tolist(), strict=True)):
         entries = slice(matrix.indptr[choice], matrix.indptr[choice + 1])
         to = zip(matrix.indices[entries].tolist(), matrix.data[entries].tolist(), strict=True)
-        branches = " + ".join(f"{p!r} : (s'={target})" for target, p in to)
-        lines.append(f"  [{actions[action]}] s={state} -> {branches};")
+        branches = " + ".join(f"{p!r} : {_update(names, rows[state], rows[target])}" for target, p in to)
+        lines.append(f"  [{actions[action]}] {here[state]} -> {branches};")
     lines += ["endmodule", ""]
     for bit, name in enumerate(mdp.aps):
-        if not _NAME.fullmatch(name):
-            raise InvalidArgumentError(f"proposition {name!r} cannot be the name of a label in PRISM's language")
         states = np.flatnonzero(letters >> bit & 1).tolist()
-        lines.append(f'label "{name}" = {" | ".join(f"s={state}" for state in states) or "false"};')
+        holds = " | ".join(here[state] if len(names) == 1 else f"({here[state]})" for state in states)
+        lines.append(f'label "{name}" = {holds or "false"};')
     return "\n".join(lines) + "\n"
+
+
+def _check_labels(aps: tuple[str, ...]) -> None:
+    for name in aps:
+        if not _NAME.fullmatch(name) or name in ("init", "deadlock"):
+            raise InvalidArgumentError(f"proposition {name!r} cannot be the name of a label in PRISM; rename it")
+
+
+def _variables(mdp: LabelledMDP) -> tuple[tuple[str, ...], IntArray]:
+    """Names of variables, and the value of each in each state, shape (n_states, n_variables)."""
+    found = [_STATE.fullmatch(name) for name in mdp.state_names or ()]
+    if found and all(found):
+        groups = [match.groupdict() for match in found if match]
+        names = tuple(name for name, value in groups[0].items() if value is not None)
+        if all(tuple(name for name, value in group.items() if value is not None) == names for group in groups):
+            values = np.array([[int(group[name]) for name in names] for group in groups])
+            if len(np.unique(values, axis=0)) == mdp.n_states:
+                return names, values
+    return ("s",), np.arange(mdp.n_states)[:, None]
+
+
+def _update(names: tuple[str, ...], before: list[int], after: list[int]) -> str:
+    """What changes from one state to the next, as PRISM writes it."""
+    changes = [f"({name}'={new})" for name, old, new in zip(names, before, after, strict=True) if old != new]
+    return " & ".join(changes) or "true"
+
+
+def _states_text(names: tuple[str, ...], values: IntArray) -> str:
+    rows = "".join(f"{state}:({','.join(map(str, row))})\n" for state, row in enumerate(values.tolist()))
+    return f"({','.join(names)})\n{rows}"
 
 
 def _transitions_text(mdp: LabelledMDP, style: Style) -> str:
@@ -229,6 +311,8 @@ def _one_start(mdp: LabelledMDP) -> int:
 def _action_identifiers(mdp: LabelledMDP) -> list[str]:
     """A name for each action that PRISM can read; the actions' own, where they are such and differ."""
     names = list(mdp.action_names or ())
-    if len(set(names)) < mdp.n_actions or not all(_NAME.fullmatch(name) for name in names):
+    if len(set(names)) < mdp.n_actions or not all(
+        _NAME.fullmatch(name) and name not in _RESERVED.split() for name in names
+    ):
         return [f"a{a}" for a in range(mdp.n_actions)]
     return names

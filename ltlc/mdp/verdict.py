@@ -65,8 +65,9 @@ class PolicyVerdict:
 class Judge:
     """Judges policies of one task in one known environment; what does not depend on the policy is computed once.
 
-    A policy is an action for each pair of environment and table state, int, shape (n_mdp_states, n_table_states); where
-    the tables have choices, those of the wrapped environment.
+    A policy is an action for each pair of environment and table state, int, shape (n_mdp_states, n_table_states), or
+    probabilities of actions, float, with a last axis more; where the tables have choices, those of the wrapped
+    environment.
 
     Args:
         mdp: the environment.
@@ -131,9 +132,19 @@ class Judge:
         Raises:
             InvalidArgumentError: the policy is of another shape.
         """
+        return satisfaction_probability(self.words, self.on_words(policy)).probability
+
+    def on_words(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
+        """A policy as one on the states of `words`.
+
+        Raises:
+            InvalidArgumentError: the policy is of another shape.
+        """
         given = np.asarray(policy)
-        sink = self._any_action[:, None]  # after a violation nothing matters any more
-        return satisfaction_probability(self.words, self.words.lift(np.hstack((given, sink)))).probability
+        sink: npt.NDArray[Any] = self._any_action[:, None]  # after a violation nothing matters any more
+        if given.ndim == 3:
+            sink = np.eye(given.shape[2])[sink]
+        return self.words.lift(np.concatenate((given, sink), axis=1))
 
     def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
         """The verdict on a policy.

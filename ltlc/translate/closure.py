@@ -15,6 +15,7 @@ References:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
 
 from ltlc.ltl import Formula
@@ -80,13 +81,13 @@ class Closure(Nodes):
         others = bits(self._atoms)
         self._atoms |= 1 << node
         up = above = 1 << node
+        kind, _, letters = self.nodes[node]
         for other in others:
             if self.implies(node, other):
                 up |= self._up[other]
             if self.implies(other, node):
                 above |= 1 << other
-            a, b = self.nodes[node], self.nodes[other]
-            if a.kind == b.kind == "letters" and not a.letters & b.letters:
+            if kind == self.nodes[other].kind == "letters" and not letters & self.nodes[other].letters:
                 self._against[node] |= 1 << other
                 self._against[other] |= 1 << node
         self._up[node] = up
@@ -175,12 +176,11 @@ class Closure(Nodes):
         known = self._after.get(f)
         if known is None:
             self.budget.check_time()
-            known = {FALSE: self.letters.all}
-            for clause in f:
-                both: Derivative = {TRUE: self.letters.all}
-                for atom in bits(clause):
-                    both = self._merge(True, both, self.derivative(atom))
-                known = self._merge(False, known, both)
+            if f in (TRUE, FALSE):
+                known = {f: self.letters.all}
+            else:
+                clauses = (reduce(self._both_after, map(self.derivative, bits(clause))) for clause in f)
+                known = reduce(self._either_after, clauses)
             self._after[f] = known
         return known
 
@@ -200,18 +200,26 @@ class Closure(Nodes):
         if kind == "X":
             return {self.obligation(args[0]): everything}
         if kind in "&|":
-            return reduce(lambda f, g: self._merge(kind == "&", f, g), map(self.derivative, args))
+            return reduce(self._both_after if kind == "&" else self._either_after, map(self.derivative, args))
         again: Derivative = {self.obligation(node): everything}
         if kind == "F":
-            return self._merge(False, self.derivative(args[0]), again)
+            return self._either_after(self.derivative(args[0]), again)
         if kind == "G":
-            return self._merge(True, self.derivative(args[0]), again)
+            return self._both_after(self.derivative(args[0]), again)
         left, right = map(self.derivative, args)
-        stays = kind in "UW"  # f U g = g | (f & X(f U g)); f R g = g & (f | X(f R g))
-        return self._merge(not stays, right, self._merge(stays, left, again))
+        if kind in "UW":  # f U g = g | (f & X(f U g))
+            return self._either_after(right, self._both_after(left, again))
+        return self._both_after(right, self._either_after(left, again))  # f R g = g & (f | X(f R g))
 
-    def _merge(self, conjunction: bool, f: Derivative, g: Derivative) -> Derivative:
-        combine = self.both if conjunction else self.either
+    def _both_after(self, f: Derivative, g: Derivative) -> Derivative:
+        return self._merge(self.both, f, g)
+
+    def _either_after(self, f: Derivative, g: Derivative) -> Derivative:
+        return self._merge(self.either, f, g)
+
+    def _merge(
+        self, combine: Callable[[Obligation, Obligation], Obligation], f: Derivative, g: Derivative
+    ) -> Derivative:
         merged: Derivative = {}
         for a, letters_a in f.items():
             for b, letters_b in g.items():

@@ -10,7 +10,7 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
-from ltlc.translate.emerson_lei import EmersonLei, complement
+from ltlc.translate.emerson_lei import EmersonLei
 from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
 
@@ -43,10 +43,6 @@ def _product(closure: Closure, budget: Budget) -> EmersonLei:
 
 def _normal_form(closure: Closure, budget: Budget) -> EmersonLei:
     return _combined(closure, normal_form(closure, closure.root), budget)
-
-
-def _dual_normal_form(closure: Closure, budget: Budget) -> EmersonLei:
-    return complement(_combined(closure, normal_form(closure, closure.negation(closure.root)), budget))
 
 
 def _combined(closure: Closure, root: int, budget: Budget) -> EmersonLei:
@@ -84,12 +80,6 @@ _ALL = (
         " which fixpoints hold infinitely often or almost always, then as product.",
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743",
         _normal_form,
-    ),
-    Construction(
-        "dual-normal-form",
-        "Any formula: the normal form of its negation, then the complement.",
-        "as normal-form",
-        _dual_normal_form,
     ),
     Construction(
         "safra",

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 from ltlc import graph
@@ -54,9 +55,10 @@ class EmersonLei:
         """Whether each strong component accepts all of its runs or none."""
         return all(condition in (ALWAYS, NEVER) for condition in self.acceptance)
 
-    def successors(self) -> list[list[int]]:
-        """Target states of each state."""
-        return [[edge.target for edge in edges] for edges in self.edges]
+    @cached_property
+    def component(self) -> list[int]:
+        """Strong component of each state, numbered in topological order."""
+        return graph.strong_components([[edge.target for edge in edges] for edges in self.edges])
 
 
 # -- acceptance conditions --------------------------------------------------------------------------------------------
@@ -113,16 +115,29 @@ def explore(
     states = [initial]
     edges: list[list[Edge]] = []
     for state in states:  # grows while it is read
-        merged: dict[tuple[int, int], int] = {}
+        moves = []
         for letters, target, marks in sorted(successors(state), key=_least_letter):
             index = number.get(target)
             if index is None:
                 index = number[target] = len(states)
                 states.append(target)
                 budget.check_size(len(states))
-            merged[index, marks] = merged.get((index, marks), 0) | letters
-        edges.append([Edge(letters, target, marks) for (target, marks), letters in merged.items()])
+            moves.append((letters, index, marks))
+        edges.append(merged(moves))
     return states, edges
+
+
+def merged(moves: Iterable[tuple[int, int, int]]) -> list[Edge]:
+    """One edge per target and marks, in the order in which they first appear; moves are (letters, target, marks)."""
+    return [Edge(letters, target, marks) for (target, marks), letters in _letters_by_move(moves).items()]
+
+
+def _letters_by_move(moves: Iterable[tuple[int, int, int]]) -> dict[tuple[int, int], int]:
+    letters_of: dict[tuple[int, int], int] = {}
+    for letters, target, marks in moves:
+        key = (target, marks)
+        letters_of[key] = letters_of.get(key, 0) | letters
+    return letters_of
 
 
 def _least_letter(move: tuple[int, object, int]) -> int:
@@ -136,7 +151,7 @@ def complement(automaton: EmersonLei) -> EmersonLei:
 
 def localized(automaton: EmersonLei) -> EmersonLei:
     """Each strong component with its own simplest condition; marks that do not matter are removed."""
-    component = graph.strong_components(automaton.successors())
+    component = automaton.component
     n_components = max(component) + 1
     possible, certain = [0] * n_components, [-1] * n_components
     for q, edges in enumerate(automaton.edges):
@@ -156,11 +171,8 @@ def localized(automaton: EmersonLei) -> EmersonLei:
     kept = []
     for q, edges in enumerate(automaton.edges):
         here = component[q]
-        merged: dict[tuple[int, int], int] = {}
-        for letters, target, marks in edges:
-            key = (target, marks & useful[here] if component[target] == here else 0)
-            merged[key] = merged.get(key, 0) | letters
-        kept.append(tuple(Edge(letters, target, marks) for (target, marks), letters in merged.items()))
+        moves = ((e.letters, e.target, e.marks & useful[here] if component[e.target] == here else 0) for e in edges)
+        kept.append(tuple(merged(moves)))
     return EmersonLei(tuple(kept), tuple(conditions[c] for c in component))
 
 
@@ -172,13 +184,10 @@ def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[i
     block = _number(initial)
     n_blocks = max(block) + 1
     while True:
-        signatures = []
-        for q, out in enumerate(edges):
-            merged: dict[tuple[int, int], int] = {}
-            for letters, target, marks in out:
-                key = (block[target], marks)
-                merged[key] = merged.get(key, 0) | letters
-            signatures.append((block[q], frozenset(merged.items())))
+        signatures = [
+            (block[q], frozenset(_letters_by_move([(e.letters, block[e.target], e.marks) for e in out]).items()))
+            for q, out in enumerate(edges)
+        ]
         block = _number(signatures)
         if max(block) + 1 == n_blocks:
             return block
@@ -187,6 +196,8 @@ def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[i
 
 def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
     """One state per block (blocks numbered by first state), with the edges of its first state."""
+    if max(block) + 1 == automaton.n_states:
+        return automaton
     first: dict[int, int] = {}
     for q, b in enumerate(block):
         first.setdefault(b, q)
@@ -203,9 +214,7 @@ def reduced(automaton: EmersonLei) -> EmersonLei:
     automaton = localized(automaton)
     if automaton.is_weak:
         return minimized_weak(automaton)
-    trivial = _trivial(automaton)
-    kind = [() if trivial[q] else condition for q, condition in enumerate(automaton.acceptance)]
-    return quotient(automaton, refine(automaton.edges, kind))
+    return quotient(automaton, refine(automaton.edges, automaton.acceptance))
 
 
 def minimized_weak(automaton: EmersonLei) -> EmersonLei:
@@ -214,31 +223,21 @@ def minimized_weak(automaton: EmersonLei) -> EmersonLei:
     Every strong component gets the largest even (accepting) or odd (rejecting) color that its successors allow;
     then the states are merged as those of a finite automaton that accepts in even colors.
     """
-    successors = automaton.successors()
-    component = graph.strong_components(successors)
+    component = automaton.component
     members = graph.component_members(component)
-    trivial = _trivial(automaton)
-    top = 2 * len(members)
     color = [0] * len(members)
-    for c in range(len(members) - 1, -1, -1):
-        q = members[c][0]
-        limit = min((color[component[t]] for p in members[c] for t in successors[p] if component[t] != c), default=top)
-        if trivial[q]:
-            color[c] = limit
-        else:
-            odd = automaton.acceptance[q] == NEVER
-            color[c] = limit if limit % 2 == odd else limit - 1
-    accepting = [color[component[q]] % 2 == 0 for q in range(automaton.n_states)]
-    plain = [tuple(Edge(e.letters, e.target, 0) for e in edges) for edges in automaton.edges]
-    weak = EmersonLei(tuple(plain), tuple(ALWAYS if a else NEVER for a in accepting))
-    return quotient(weak, refine(weak.edges, accepting))
-
-
-def _trivial(automaton: EmersonLei) -> list[bool]:
-    """Which states lie on no cycle."""
-    component = graph.strong_components(automaton.successors())
-    cyclic = {component[q] for q, out in enumerate(automaton.edges) for e in out if component[e.target] == component[q]}
-    return [c not in cyclic for c in component]
+    for c in reversed(range(len(members))):
+        limit, cyclic = 2 * len(members), False
+        for edge in (edge for q in members[c] for edge in automaton.edges[q]):
+            if component[edge.target] == c:
+                cyclic = True
+            else:
+                limit = min(limit, color[component[edge.target]])
+        odd = automaton.acceptance[members[c][0]] == NEVER
+        color[c] = limit - 1 if cyclic and limit % 2 != odd else limit
+    acceptance = tuple(NEVER if color[c] % 2 else ALWAYS for c in component)
+    weak = EmersonLei(automaton.edges, acceptance)
+    return quotient(weak, refine(weak.edges, acceptance))
 
 
 def _number(values: Sequence[object]) -> list[int]:

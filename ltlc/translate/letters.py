@@ -6,19 +6,21 @@ for four propositions as for twenty.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.alphabet import letter_classes, proposition_column
-from ltlc.automata.rabin import MAX_APS, BoolArray
+from ltlc.automata.alphabet import letter_classes, proposition_table, truth_column, truth_table
+from ltlc.automata.rabin import MAX_APS
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder
 
-_BOOLEAN = (Constant, Proposition, Not, And, Or)
+_BOOLEAN = frozenset({Constant, Proposition, Not, And, Or})
+_FEW_APS = 7
+"""up to which plain integers and lists are faster than arrays."""
 
 
 class Letters(NamedTuple):
@@ -50,34 +52,42 @@ def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
         raise AlphabetLimitExceeded(
             f"the formula has {len(aps)} atomic propositions; tables over letters hold at most {MAX_APS}"
         )
-    truth: dict[Formula, BoolArray] = {}
+    truth: dict[Formula, int] = {}
     maximal: dict[Formula, None] = {}
     for f in postorder(formula):
-        if isinstance(f, _BOOLEAN) and all(arg in truth for arg in f.args):
+        if type(f) in _BOOLEAN and all(arg in truth for arg in f.args):
             truth[f] = _truth(f, truth, aps)
             maximal[f] = None
-        if isinstance(f, _BOOLEAN) and f in truth:
             for arg in f.args:
                 maximal.pop(arg, None)
     for f in postorder(formula):
         if f not in truth:
             maximal.update((arg, None) for arg in f.args if arg in truth)
-    letter_class, first = letter_classes([truth[f] for f in maximal], len(aps))
-    sets = {f: _as_letter_set(truth[f][first]) for f in maximal}
-    return Letters(aps, letter_class, len(first), sets)
+    letter_class, sets = _grouped([truth[f] for f in maximal], len(aps))
+    return Letters(aps, letter_class, int(letter_class.max()) + 1, dict(zip(maximal, sets, strict=True)))
 
 
-def _truth(f: Formula, truth: dict[Formula, BoolArray], aps: tuple[str, ...]) -> BoolArray:
-    """The letters on which a Boolean formula holds, from those of its operands."""
+def _truth(f: Formula, truth: dict[Formula, int], aps: tuple[str, ...]) -> int:
+    """The truth table of a Boolean formula (bit k = value at letter k), from those of its operands."""
+    everywhere = (1 << (1 << len(aps))) - 1
     if isinstance(f, Proposition):
-        return proposition_column(aps.index(f.name), len(aps))
+        return proposition_table(aps.index(f.name), len(aps))
     if isinstance(f, Constant):
-        return np.full(2 ** len(aps), f.value)
-    columns = [truth[arg] for arg in f.args]
+        return everywhere if f.value else 0
+    tables = [truth[arg] for arg in f.args]
     if isinstance(f, Not):
-        return ~columns[0]
-    return reduce(np.logical_and if isinstance(f, And) else np.logical_or, columns)
+        return everywhere & ~tables[0]
+    return reduce(int.__and__ if isinstance(f, And) else int.__or__, tables)
 
 
-def _as_letter_set(column: BoolArray) -> int:
-    return int.from_bytes(np.packbits(column, bitorder="little").tobytes(), "little")
+def _grouped(tables: Sequence[int], n_aps: int) -> tuple[npt.NDArray[np.int32], list[int]]:
+    """The class of each letter, shape (2**n_aps,), and each truth table as a letter set."""
+    if n_aps > _FEW_APS:
+        columns = [truth_column(table, 1 << n_aps) for table in tables]
+        letter_class, first = letter_classes(columns, n_aps)
+        return letter_class, [truth_table(column[first]) for column in columns]
+    digits = [f"{table:0{1 << n_aps}b}"[::-1] for table in tables]
+    number: dict[tuple[str, ...], int] = {}
+    classes = [number.setdefault(values, len(number)) for values in zip(*digits, strict=True)]
+    by_class = zip(*number, strict=True)  # the digits of each table again, one per class
+    return np.array(classes, dtype=np.int32), [int("".join(column)[::-1], 2) for column in by_class]

@@ -215,9 +215,9 @@ class Nodes:
     def _implies_by_shape(self, f: int, g: int) -> bool:
         fk, fa, fl = self.nodes[f]
         gk, ga, gl = self.nodes[g]
+        if fk == gk == "letters":
+            return not fl & ~gl
         imp = self.implies
-        if fk == "letters" and gk == "letters":
-            return fl & ~gl == 0
         if fk == "|":
             return all(imp(a, g) for a in fa)
         if gk == "&":
@@ -226,11 +226,12 @@ class Nodes:
             return True
         if gk == "|" and any(imp(f, b) for b in ga):
             return True
-        return self._weaken_left(f, g) or self._strengthen_right(f, g)
+        return self._weaken_left(f, g, fk, fa) or self._strengthen_right(f, g, gk, ga)
 
-    def _weaken_left(self, f: int, g: int) -> bool:
-        """Replace f by something it implies at once."""
-        kind, args, _ = self.nodes[f]
+    def _weaken_left(self, f: int, g: int, kind: str, args: tuple[int, ...]) -> bool:
+        """Replace f, which has this kind and these operands, by something it implies at once."""
+        if kind not in "GUWRMFX":
+            return False
         imp = self.implies
         gk, ga, _ = self.nodes[g]
         if kind == "G":
@@ -245,21 +246,20 @@ class Nodes:
             return (kind == "U" and imp(args[1], g)) or (kind == "M" and imp(args[0], g))
         return gk == kind == "X" and imp(args[0], ga[0])
 
-    def _strengthen_right(self, f: int, g: int) -> bool:
-        """Replace g by something that implies it."""
-        kind, args, _ = self.nodes[f]
-        gk, ga, _ = self.nodes[g]
+    def _strengthen_right(self, f: int, g: int, kind: str, args: tuple[int, ...]) -> bool:
+        """Replace g, which has this kind and these operands, by something that implies it."""
         imp = self.implies
-        if gk == "F":
-            return imp(f, ga[0])
-        if gk in "UW":
-            if imp(f, ga[1]):
+        if kind == "F":
+            return imp(f, args[0])
+        if kind not in "UWRM":
+            return False
+        fk, fa, _ = self.nodes[f]
+        if kind in "UW":
+            if imp(f, args[1]):
                 return True
-            same = kind == "U" or (kind == gk == "W")
-            return same and imp(args[0], ga[0]) and imp(args[1], g)
-        if gk in "RM":
-            if imp(f, ga[0]) and imp(f, ga[1]):
-                return True
-            same = kind == "M" or (kind == gk == "R")
-            return same and imp(args[0], ga[0]) and imp(args[1], ga[1])
-        return False
+            same = fk == "U" or (fk == kind == "W")
+            return same and imp(fa[0], args[0]) and imp(fa[1], g)
+        if imp(f, args[0]) and imp(f, args[1]):
+            return True
+        same = fk == "M" or (fk == kind == "R")
+        return same and imp(fa[0], args[0]) and imp(fa[1], args[1])

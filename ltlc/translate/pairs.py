@@ -23,10 +23,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.rabin import BoolArray, RabinAutomaton
+from ltlc.automata.alphabet import truth_column
+from ltlc.automata.rabin import RabinAutomaton
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, negation
+from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, merged, negation
 from ltlc.translate.letters import Letters
 
 _MAX_CYCLE_NODES = 2000
@@ -44,6 +45,8 @@ class Memory(Protocol):
     """What a strong component remembers to express its condition by Rabin pairs."""
 
     n_pairs: int
+    is_constant: bool
+    """whether the memory is always 0."""
 
     def size(self, states: Iterable[int]) -> int:
         """Upper bound of the number of copies of the states, in all."""
@@ -63,6 +66,7 @@ class Counters:
         self.n_pairs = len(condition)
         lists = {inf for _, inf in condition if inf.bit_count() > 1}
         self._waits = {inf: bits(inf) for inf in sorted(lists)}
+        self.is_constant = not lists
 
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
@@ -130,6 +134,7 @@ class CycleDecomposition:
         depths = max(node.depth for node in self._nodes) + 1
         self._accepting = [d for d in range(depths) if self._root_accepts == (d % 2 == 0)]
         self.n_pairs = len(self._accepting)
+        self.is_constant = len(self._nodes) == 1
 
     def _node(self, edges: frozenset[int], parent: int, depth: int) -> _CycleNode:
         return _CycleNode(edges, frozenset(self._edges[e].source for e in edges), parent, depth)
@@ -210,24 +215,30 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
 
     With `parity`, the second way is taken wherever it can be: its marks form chains, which suits marks on states.
     """
-    component = graph.strong_components(automaton.successors())
+    component = automaton.component
     memories: list[Memory] = [
         _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
     ]
+    n_pairs = max(1, *(memory.n_pairs for memory in memories))
+
+    def move(q: int, memory: int, edge: Edge) -> tuple[int, int]:
+        """The next memory, and the pairs whose Fin (high) and Inf (low) marks are seen."""
+        here, there = component[q], component[edge.target]
+        if here != there:
+            return memories[there].start(edge.target), 0
+        following, fins, infs = memories[here].move(memory, InnerEdge(q, edge.target, edge.marks))
+        return following, fins << n_pairs | infs
 
     def successors(state: tuple[int, int]) -> Iterable[tuple[int, tuple[int, int], int]]:
         q, memory = state
-        here = memories[component[q]]
         for edge in automaton.edges[q]:
-            if component[edge.target] == component[q]:
-                following, fins, infs = here.move(memory, InnerEdge(q, edge.target, edge.marks))
-                yield edge.letters, (edge.target, following), fins << n_pairs | infs
-            else:
-                there = memories[component[edge.target]]
-                yield edge.letters, (edge.target, there.start(edge.target)), 0
+            following, marks = move(q, memory, edge)
+            yield edge.letters, (edge.target, following), marks
 
-    n_pairs = max(1, *(memory.n_pairs for memory in memories))
-    _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
+    if all(memory.is_constant for memory in memories):
+        edges = [merged((e.letters, e.target, move(q, 0, e)[1]) for e in out) for q, out in enumerate(automaton.edges)]
+    else:
+        _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
     return _as_arrays(edges, n_pairs, letters)
 
 
@@ -251,29 +262,28 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
 
 def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) -> RabinAutomaton:
     """Dense tables over the coarsest letter classes that the edges respect."""
+    distinct = dict.fromkeys(e.letters for out in edges for e in out)
     blocks = [letters.all]
-    for letter_set in dict.fromkeys(e.letters for out in edges for e in out):
+    for letter_set in distinct:
         blocks = [part for b in blocks for part in (b & letter_set, b & ~letter_set) if part]
     blocks.sort(key=lambda b: b & -b)
-    shape = (len(edges), len(blocks))
-    delta = np.zeros(shape, dtype=np.int32)
-    fin = np.zeros((n_pairs, *shape), dtype=np.bool_)
-    inf = np.zeros((n_pairs, *shape), dtype=np.bool_)
-    samples = [b & -b for b in blocks]
-    for q, out in enumerate(edges):
+    columns = {s: [i for i, block in enumerate(blocks) if block & s] for s in distinct}
+    targets = [[0] * len(blocks) for _ in edges]
+    seen = [[0] * len(blocks) for _ in edges]
+    for out, target_row, seen_row in zip(edges, targets, seen, strict=True):
         for letter_set, target, marks in out:
-            columns = [i for i, sample in enumerate(samples) if sample & letter_set]
-            delta[q, columns] = target
-            for i in range(n_pairs):
-                fin[i, q, columns] = marks >> (n_pairs + i) & 1
-                inf[i, q, columns] = marks >> i & 1
-    block_of = np.zeros(letters.n_classes, dtype=np.int32)
-    for i, block in enumerate(blocks):
-        block_of[_members(block, letters.n_classes)] = i
-    return RabinAutomaton(letters.aps, delta, block_of[letters.letter_class], fin, inf, acceptance="transition")
-
-
-def _members(letter_set: int, n_classes: int) -> BoolArray:
-    """The letter set as a Boolean array over letter classes."""
-    data = np.frombuffer(letter_set.to_bytes((n_classes + 7) // 8, "little"), dtype=np.uint8)
-    return np.unpackbits(data, count=n_classes, bitorder="little").astype(np.bool_)
+            for i in columns[letter_set]:
+                target_row[i], seen_row[i] = target, marks
+    table = np.array(seen, dtype=np.int64 if n_pairs <= 31 else object)
+    fin, inf = (
+        np.array([table >> shift & 1 for shift in range(first, first + n_pairs)], dtype=np.bool_)
+        for first in (n_pairs, 0)
+    )
+    letter_class = letters.letter_class
+    if len(blocks) < letters.n_classes:
+        block_of = np.zeros(letters.n_classes, dtype=np.int32)
+        for i, block in enumerate(blocks):
+            block_of[truth_column(block, letters.n_classes)] = i
+        letter_class = block_of[letter_class]
+    delta = np.array(targets, dtype=np.int32)
+    return RabinAutomaton(letters.aps, delta, letter_class, fin, inf, acceptance="transition")

@@ -7,10 +7,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ltlc.automata import canonical, simplify_marks, to_state_based
-from ltlc.automata.lower_bound import is_smallest
+from ltlc.automata import canonical, collapse, merge_by_trial, to_state_based
+from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
-from ltlc.automata.reduce import reduce
+from ltlc.automata.reduce import settled
 from ltlc.automata.sat_minimize import minimize
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, propositions, simplify
@@ -26,7 +26,7 @@ FAIR = ("product",)
 """Tried for obligations with fairness conditions,"""
 LOW = ("product", "safra", "dual-safra")
 """for other Boolean combinations of recurrence and persistence formulas,"""
-HIGH = ("normal-form", "dual-normal-form", "safra", "dual-safra", "product")
+HIGH = ("normal-form", "safra", "dual-safra", "product")
 """and for all other formulas; the first is the one that wins most often."""
 _ROUNDS = (500, 10_000)
 _PATIENCE = 2
@@ -44,6 +44,7 @@ class Problem(NamedTuple):
     """simplified, in negation normal form."""
     letters: Letters
     effort: Effort
+    acceptance: Acceptance
 
     def closure(self, budget: Budget) -> Closure:
         """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
@@ -56,13 +57,13 @@ class Candidate(NamedTuple):
     automaton: RabinAutomaton
     translator: str
     weak: bool
-    smallest: bool
-    """whether no automaton for the language has fewer states, for sure."""
+    least: int
+    """no automaton for the language has fewer states."""
 
     @property
-    def size(self) -> tuple[int, int]:
-        """States, then pairs."""
-        return self.automaton.n_states, self.automaton.n_pairs
+    def smallest(self) -> bool:
+        """Whether no automaton for the language has fewer states, for sure."""
+        return self.automaton.n_states <= self.least
 
 
 def translate(
@@ -111,13 +112,13 @@ def translate(
     text = str(formula) if text is None else text
     budget = Budget(text, max_states, timeout)
     simple = simplify(formula)
-    problem = Problem(simple, letters_of(simple, propositions(formula)), effort)
-    best = _best(problem, budget) if translator == "auto" else _build(CONSTRUCTIONS[translator], problem, budget)
+    problem = Problem(simple, letters_of(simple, propositions(formula)), effort, acceptance)
+    best = _best(problem, budget, translator)
     automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
     if effort == "best":
         seconds = _SAT_SECONDS if budget.remaining is None else min(_SAT_SECONDS, budget.remaining)
         automaton = minimize(automaton, timeout=seconds).automaton
-    return replace(automaton, formula=text, translator=best.translator)
+    return automaton.described(text, best.translator)
 
 
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
@@ -147,12 +148,13 @@ def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
     return marks
 
 
-def _best(problem: Problem, budget: Budget) -> Candidate:
+def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
     closure = problem.closure(budget)
-    names = _worth_trying(closure, problem.effort)
     pristine: Closure | None = closure
-    for limit in (*(n for n in _ROUNDS if n < budget.max_states), budget.max_states):
+    names = _worth_trying(closure, problem.effort) if translator == "auto" else (translator,)
+    rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
+    for limit in (*rounds, budget.max_states):
         best: Candidate | None = None
         for name in names:
             cap, closure = limit, pristine or problem.closure(budget)
@@ -161,6 +163,10 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                 cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
             try:
                 found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
+                is_first, best = best is None, _smaller(best or found, found)
+                if problem.effort != "fast":
+                    found = found._replace(least=best.least)
+                    best = _smaller(best, _improved(found, problem.acceptance, budget, prove=is_first))
             except TimeLimitExceeded:
                 if best is None:
                     raise
@@ -169,8 +175,6 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                 if limit == budget.max_states and best is None and name == names[-1]:
                     raise
                 continue
-            if best is None or found.size < best.size:
-                best = found
             if best.smallest:
                 break
         if best is not None:
@@ -178,27 +182,55 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     raise AssertionError("the last round returns or raises")
 
 
+def _smaller(old: Candidate, new: Candidate) -> Candidate:
+    """The candidate with fewer states, or as many and fewer pairs, with what is known from both."""
+    chosen = min(old, new, key=lambda c: (c.automaton.n_states, c.automaton.n_pairs))
+    return chosen._replace(least=max(old.least, new.least))
+
+
 def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
-    if effort == "best":
-        return HIGH
-    if closure.is_fair_obligation(closure.root):
-        return FAIR
     names = LOW if closure.is_low(closure.root) else HIGH
+    if effort == "default" and closure.is_fair_obligation(closure.root):
+        names = FAIR
     return names[:1] if effort == "fast" else names
 
 
-def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure | None = None) -> Candidate:
-    closure = closure or problem.closure(budget)
+def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:
+    """The automaton of a construction, with as few states as merging those of one language gives."""
     emerson_lei = reduced(construction.build(closure, budget))
     automaton = rabin_automaton(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
-        return Candidate(automaton, construction.name, weak=True, smallest=True)
+        return Candidate(automaton, construction.name, weak=True, least=automaton.n_states)
     budget.check_time()
-    smallest = is_smallest(automaton)
-    if smallest:
-        automaton = canonical(simplify_marks(automaton))
-    else:
-        budget.check_time()
-        automaton = reduce(automaton, effort=0) if problem.effort == "fast" else reduce(automaton)
-    return Candidate(automaton, construction.name, weak=False, smallest=smallest or is_smallest(automaton))
+    automaton = settled(automaton)
+    least = automaton.n_languages if can_decide_languages(automaton) else 1
+    return Candidate(automaton, construction.name, weak=False, least=least)
+
+
+def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bool) -> Candidate:
+    """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
+
+    Args:
+        found: what a construction gave.
+        wanted: acceptance of the final automaton; many pairs split states if it is on states.
+        budget: checked between the steps.
+        prove: whether to look for a proof that there are no smaller automata; it depends on the language alone.
+    """
+    automaton, least = found.automaton, found.least
+    if prove and not found.smallest and can_decide_languages(automaton):
+        collapsed = collapse(automaton)
+        least = max(least, collapsed.lower_bound)
+        if wanted == "transition" and _room(collapsed.automaton) < _room(automaton):
+            automaton = collapsed.automaton
+    budget.check_time()
+    if automaton.n_states > least:
+        merged = merge_by_trial(automaton)
+        if merged.n_states < automaton.n_states:
+            automaton = settled(merged)
+    return found._replace(automaton=automaton, least=least)
+
+
+def _room(automaton: RabinAutomaton) -> int:
+    """What an agent has to learn at most: states, times the pairs it may have to choose from."""
+    return automaton.n_states * automaton.n_pairs

@@ -1,0 +1,158 @@
+"""Every way to learn a task, by the name that the command line knows: checked, trained, kept and loaded alike."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from ltlc.envs import LTLVectorWrapper
+from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.mdp.verdict import Judge
+
+from .collect import Interface
+from .config import DQNConfig
+from .dqn import DoubleDQN
+from .tabular.config import LearnerConfig
+from .tabular.policy import TablePolicy
+from .tabular.registry import LEARNERS
+from .tabular.run import TableProgress, check_learner, train_learner
+from .train import CHECKPOINT_FILE, POLICY_FILE, Progress, train
+
+Agent = DoubleDQN | TablePolicy
+Hyperparameters = DQNConfig | LearnerConfig
+Callback = Callable[[Progress | TableProgress], None]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What there is to say of an agent."""
+
+    description: str
+    """one sentence."""
+    citation: str
+    defaults: Hyperparameters
+
+
+DOUBLE_DQN = "double-dqn"
+AGENTS: Mapping[str, Entry] = MappingProxyType({
+    DOUBLE_DQN: Entry(
+        "A network of the values of the rewards, from replayed steps that teach every automaton state.",
+        "H. van Hasselt, A. Guez, D. Silver, AAAI 2016, doi 10.1609/aaai.v30i1.10295",
+        DQNConfig(),
+    ),
+    **{name: Entry(learner.description, learner.citation, learner.config) for name, learner in LEARNERS.items()},
+})  # fmt: skip
+"""all agents by name."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """What a training run came to."""
+
+    agent: Agent | None
+    """None: it was interrupted before anything was learned, or there is no policy; `message` says so."""
+    steps: int
+    """environment steps since the start of training."""
+    seconds: float
+    """of training, interruptions not counted."""
+    interrupted: bool = False
+    """whether it stopped on Ctrl-C."""
+    saved_steps: int = 0
+    """environment steps that the checkpoint holds."""
+    message: str = ""
+    """how training ended, where there is more to say than that its steps were made."""
+
+
+def hyperparameters(agent: str, values: Mapping[str, Any]) -> Hyperparameters:
+    """The hyperparameters of an agent; those not given have their default.
+
+    Raises:
+        UnknownNameError: there is no such agent or hyperparameter.
+        InvalidArgumentError: a value is out of range.
+    """
+    if agent not in AGENTS:
+        raise UnknownNameError("agent", agent, AGENTS)
+    defaults = AGENTS[agent].defaults
+    return type(defaults).from_dict(defaults.to_dict() | dict(values))
+
+
+def check(env: LTLVectorWrapper, config: Hyperparameters) -> None:
+    """Make everything once, so that wrong input is found before anything is written.
+
+    Raises:
+        LtlcError: the environment, its labels, the task and the hyperparameters do not go together.
+    """
+    if isinstance(config, DQNConfig):
+        interface = Interface.of(env)
+        DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
+        env.reset(seed=config.seed)
+    else:
+        check_learner(env, config)
+
+
+def train_agent(
+    env: LTLVectorWrapper,
+    agent: str,
+    config: Hyperparameters,
+    folder: Path,
+    *,
+    resume: bool = False,
+    judge: Judge | None = None,
+    callback: Callback | None = None,
+) -> Trained:
+    """Train an agent to the end, or until Ctrl-C; metrics and the policy go into the folder.
+
+    Args:
+        env: the environment; it is not closed.
+        agent: its name.
+        config: its hyperparameters.
+        folder: of the run.
+        resume: whether to go on from a checkpoint. Tabular learners keep none; they begin anew.
+        judge: of the task, where its dynamics are known, for the metrics of tabular learners.
+        callback: called with each row of metrics.
+    """
+    if isinstance(config, DQNConfig):
+        go_on = resume and (folder / CHECKPOINT_FILE).exists()  # else killed before the first checkpoint
+        result = train(env, config, folder=folder, resume=go_on, callback=callback)
+        return Trained(result.agent, result.steps, result.seconds, result.interrupted, result.saved_steps)
+    last: list[TableProgress] = []
+
+    def look(progress: TableProgress) -> None:
+        last[:] = [progress]
+        if callback is not None:
+            callback(progress)
+
+    try:
+        learned = train_learner(env, LEARNERS[agent], config, folder=folder, judge=judge, callback=look)
+    except KeyboardInterrupt:
+        steps, seconds = (last[0].row.steps, last[0].row.seconds) if last else (0, 0.0)
+        return Trained(None, steps, seconds, interrupted=True)
+    if learned.agent is not None:
+        learned.agent.save(folder / POLICY_FILE)
+    return Trained(learned.agent, learned.steps, learned.seconds, message=learned.message)
+
+
+def load_agent(agent: str, path: str | os.PathLike[str]) -> Agent:
+    """The agent whose policy was saved.
+
+    Raises:
+        FileFormatError: the file is damaged, or of another kind.
+        OSError: it is missing or not readable.
+    """
+    return DoubleDQN.load(path) if agent == DOUBLE_DQN else TablePolicy.load(path)
+
+
+def on_device(config: Hyperparameters, device: str) -> DQNConfig:
+    """The same hyperparameters for another device.
+
+    Raises:
+        InvalidArgumentError: the agent is no network.
+    """
+    if not isinstance(config, DQNConfig):
+        raise InvalidArgumentError(f"tables stay in main memory; a device ({device}) is for the agent {DOUBLE_DQN!r}")
+    return dataclasses.replace(config, device=device)

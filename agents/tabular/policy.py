@@ -1,0 +1,85 @@
+"""A learned table as an agent: it acts, it is judged, it is kept in a file."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from gymnasium import spaces
+
+from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.rewards import RewardTables
+
+from ..encoder import ObservationEncoder
+from ..storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
+
+IntArray = npt.NDArray[np.int64]
+
+_FILE_KIND = "table"
+
+
+class TablePolicy:
+    """An action, or probabilities of actions, for each pair of observation and state of the reward tables.
+
+    Args:
+        observation_space: of a single environment, without the automaton; discrete.
+        n_actions: of the environment.
+        tables: reward tables of the task.
+        table: shape (n_observations, n_table_states), int; or (n_observations, n_table_states, n_actions), float.
+
+    Attributes:
+        encoder: of the observations.
+
+    Raises:
+        InvalidArgumentError: the table has another shape.
+    """
+
+    def __init__(
+        self, observation_space: spaces.Space[Any], n_actions: int, tables: RewardTables, table: npt.NDArray[Any]
+    ) -> None:
+        self.encoder = ObservationEncoder(observation_space)
+        self.n_actions, self.tables, self.table = n_actions, tables, table
+        pairs = (self.encoder.n_observations, tables.n_states)
+        if table.shape not in (pairs, (*pairs, n_actions)):
+            raise InvalidArgumentError(f"a table of shape {table.shape} for {pairs} observations and table states")
+        self._generator = np.random.default_rng(0)
+
+    def packed_policy(self, packed: npt.NDArray[Any], states: IntArray) -> IntArray:
+        """Actions for observations that the encoder has packed, shape (batch,)."""
+        chosen = self.table[self.encoder.index(torch.from_numpy(packed)).numpy(), states]
+        if self.table.ndim == 2:
+            return np.asarray(chosen)
+        below = chosen.cumsum(axis=1) < self._generator.random((len(chosen), 1))
+        return np.asarray(np.minimum(below.sum(axis=1), self.n_actions - 1))
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the policy to a file, complete or not at all.
+
+        Raises:
+            OSError: the folder is missing, not writable or full; an older file is as it was.
+        """
+        return write_file(path, _FILE_KIND, {
+            "observation_space": plain_space(self.encoder.space),
+            "n_actions": self.n_actions,
+            "tables": tables_to_tensors(self.tables),
+            "table": torch.from_numpy(self.table),
+        })  # fmt: skip
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> TablePolicy:
+        """The policy that was saved; nothing in the file is executed.
+
+        Raises:
+            FileFormatError: the file is damaged, or of another kind.
+            OSError: the file is missing or not readable.
+        """
+        content = read_file(path, _FILE_KIND)
+        space, tables = space_of_plain(content["observation_space"]), tables_of_tensors(content["tables"])
+        try:
+            return cls(space, content["n_actions"], tables, content["table"].numpy())
+        except InvalidArgumentError as error:
+            raise FileFormatError(f"{os.fspath(path)}: {error}") from error

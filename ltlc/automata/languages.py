@@ -1,0 +1,159 @@
+"""Which states of a deterministic Rabin automaton have the same language."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc import graph
+from ltlc.automata.emptiness import accepting_nodes, exactly_one
+from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
+
+BoolArray = npt.NDArray[np.bool_]
+
+MAX_PRODUCT_EDGES = 500_000
+"""bound on the product in which states of the same language are looked for."""
+_SMALL_AUTOMATON = 200
+"""entries of the table up to which plain lists are faster than arrays."""
+
+
+class HasTable(Protocol):
+    """The part of a Rabin automaton that languages depend on."""
+
+    @property
+    def n_states(self) -> int:
+        """Number of states."""
+
+    @property
+    def n_classes(self) -> int:
+        """Number of letter classes."""
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of Rabin pairs."""
+
+    @property
+    def delta(self) -> IntArray:
+        """Next state, shape (n_states, n_classes)."""
+
+    @property
+    def rows(self) -> list[list[int]]:
+        """`delta` as lists."""
+
+    @property
+    def edge_marks(self) -> list[list[int]]:
+        """Marks seen on each transition."""
+
+
+def can_decide_languages(a: HasTable) -> bool:
+    """Whether the automaton is so small that `equivalent_states` stays within `MAX_PRODUCT_EDGES`."""
+    return a.n_states**2 * a.n_classes <= MAX_PRODUCT_EDGES
+
+
+def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
+    """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
+
+    Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
+    not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
+    exactly one side accepts.
+
+    Args:
+        a: any Rabin automaton.
+        max_edges: product edges to look at; the largest groups of states that would need more count as different, so
+            that states of one class still have the same language. None: decide all.
+    """
+    if a.n_states * a.n_classes <= _SMALL_AUTOMATON and _evidently_different(a):
+        return np.arange(a.n_states, dtype=np.int32)
+    bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
+    first = np.unique(bisimilar, return_index=True)[1]
+    delta = bisimilar[a.delta[first]]
+    marks = [a.edge_marks[q] for q in first.tolist()]
+    block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
+    left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
+
+    shift = 2 * a.n_pairs
+    rows = delta.tolist()
+    edges: list[list[tuple[int, int]]] = []
+    told_apart: set[int] = set()
+    for p, q in node:
+        steps = {
+            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
+        }
+        if all((s, t) in node for s, t, _ in steps):
+            edges.append(sorted((node[s, t], m) for s, t, m in steps))
+        else:
+            told_apart.add(len(edges))
+            edges.append([])
+    told_apart |= accepting_nodes(edges, exactly_one(a.n_pairs, a.n_pairs))
+    different = np.zeros(len(left), dtype=np.bool_)
+    different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
+
+    smallest = np.arange(len(first))
+    np.minimum.at(smallest, left[~different], right[~different])
+    return number_blocks(smallest[bisimilar].tolist())
+
+
+def _evidently_different(a: HasTable) -> bool:
+    """Whether words that repeat one letter class in the end tell all states apart; with lists, for small automata."""
+    block = [0] * a.n_states
+    for c in range(a.n_classes):
+        verdicts = _repeated(c, a)
+        numbers: dict[tuple[int, bool], int] = {}
+        block = [numbers.setdefault(key, len(numbers)) for key in zip(block, verdicts, strict=True)]
+    n_blocks = 0
+    while n_blocks < max(block) + 1 < a.n_states:
+        n_blocks = max(block) + 1
+        seen: dict[tuple[int, ...], int] = {}
+        block = [
+            seen.setdefault((b, *[block[t] for t in row]), len(seen)) for b, row in zip(block, a.rows, strict=True)
+        ]
+    return max(block) + 1 == a.n_states
+
+
+def _repeated(c: int, a: HasTable) -> list[bool]:
+    """From which states the word that repeats the letter class is accepted."""
+    accepted: dict[int, bool] = {}
+    for start in range(a.n_states):
+        trail: list[int] = []
+        state = start
+        while state not in accepted and state not in trail:
+            trail.append(state)
+            state = a.rows[state][c]
+        if state not in accepted:
+            seen = 0
+            for q in trail[trail.index(state) :]:
+                seen |= a.edge_marks[q][c]
+            accepted[state] = any(seen >> 2 * i & 3 == 2 for i in range(a.n_pairs))
+        accepted.update((q, accepted[state]) for q in trail)
+    return [accepted[q] for q in range(a.n_states)]
+
+
+def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
+    """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
+    n_states, n_classes = delta.shape
+    blocks = np.zeros(n_states, dtype=np.int32)
+    if not 1 <= n_pairs <= 31:
+        return blocks
+    target = delta.T.astype(np.int64)
+    seen = np.array(marks, dtype=np.int64).T
+    rows = np.arange(n_classes)[:, None]
+    verdicts = [_accepted_for_ever(target, seen, n_pairs)]
+    for step in range(1, min(n_classes, 8) if n_states * n_classes < 100_000 else 1):
+        other = (rows + step) % n_classes
+        verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
+    return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
+
+
+def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
+    """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
+    rows = np.arange(len(target))[:, None]
+    for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
+        target, seen = target[rows, target], seen | seen[rows, target]
+    on_cycle = seen[rows, target]
+    pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
+    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
+    return accepted
