@@ -22,6 +22,12 @@ class DQNConfig:
     The defaults are double Q-learning with one set of outputs per automaton state and counterfactual replay;
     `DQNConfig.thesis()` is algorithm 1 of the thesis. Steps are environment steps, all sub-environments together.
 
+    Where the observations can be numbered, the default is no network but a table, fitted to all experience at once (see
+    `hidden`): nothing is approximated, so that rewards can be told apart that differ by a hundred thousandth, as the
+    schemes that maximise the probability of satisfaction need it. Of the hyperparameters it knows `gamma`,
+    `reward_scale`, `learning_starts`, `batch_size` (the first fit waits for both), `total_steps` and epsilon, which is
+    then the part of the sub-environments that look for what was seldom tried.
+
     Raises:
         InvalidArgumentError: a value is out of range, or two do not fit together.
 
@@ -36,8 +42,8 @@ class DQNConfig:
     """
 
     hidden: tuple[int, ...] | None = None
-    """units of each hidden layer, ReLU between; thesis: (400, 300). None: no network but a table of values where the
-    observations are numbered and few enough (see `ltlc.agents.table`), and one layer of 256 elsewhere."""
+    """units of each hidden layer, ReLU between; thesis: (400, 300). None: a table where the observations are discrete and
+    few (one-hot, counterfactual), else one layer of 256."""
     observation_input: ObservationInput = "one-hot"
     """discrete observations as indicator vectors, or as plain numbers (thesis: row and column)."""
     state_input: StateInput = "heads"

@@ -32,7 +32,7 @@ _WANDERING = 0.2
 
 
 class DoubleDQN:
-    """Deep Q-learning of one task; `DQNConfig` says which of its variants.
+    """Q-learning of one task, with networks or a table; `DQNConfig` says which of its variants.
 
     Args:
         observation_space: of a single environment, without the automaton.
@@ -45,7 +45,7 @@ class DoubleDQN:
         encoder: of the observations.
         tables: the reward tables; for None those of a task that asks for nothing.
         device: where the values are; a table is on the CPU whatever the configuration says.
-        q_network: learns, and acts while training.
+        q_network: learns, and acts while training; a `QTable` takes the place of all three networks.
         target_network: values next states; starts as a copy.
         policy_network: average of the online network over the last updates; its greedy policy is the result.
         updates: gradient steps, or fits of the table, made.

@@ -21,12 +21,14 @@ from .replay import Steps
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 
-LARGEST = 2_000_000
+LARGEST = 500_000
 """entries of a table, at most."""
 GROWTH = 1.2
 """a table is fitted anew whenever there is this many times the experience of the last fit."""
 SWEEPS, LAST_SWEEPS = 1_000, 100_000
 """sweeps of a fit at most, while training and at its end."""
+WORK = 5e9
+"""multiplications of a fit that may have more than `SWEEPS` sweeps, at most: some ten seconds."""
 TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
 UNSEEN = 0.01
@@ -189,7 +191,7 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
     reward, steps, position = _targets(outcomes, tables, learned, shape)
     reward /= scale
     values, change = np.zeros(shape), np.inf
-    for sweep in range(sweeps):
+    for sweep in range(min(sweeps, max(SWEEPS, int(WORK / max(steps.nnz, 1))))):
         new = reward + (steps @ _best(values.max(axis=0), tables, learned, position).ravel()).reshape(shape)
         if sweep % _SWEEPS_PER_CHECK == 0:
             change = float(np.abs(new - values).max())
