@@ -6,8 +6,8 @@
     python benchmarks/suite.py --exact --storm           # beside Storm, where stormpy is installed
 
 The agent is `DQNConfig()`, rewarded by `ltlc.rewards.FAITHFUL` as it comes: one configuration and one scheme for all
-tasks. It knows the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that its greedy
-policy satisfies the formula. It learns the tasks whose product has at most 2000 states.
+tasks. It knows the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that its
+greedy policy satisfies the formula. It learns the tasks whose product has at most 2000 states.
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ SCHEMES: Mapping[str, type[RewardScheme]] = MappingProxyType({scheme.name: schem
 """every scheme, by the name that `get_scheme`, `Task` and the command line know."""
 
 FAITHFUL = TwoDiscount.name
-"""the scheme to take, as it comes, where the probability of satisfaction is what counts: its optimum maximises it in the
-limit for every formula, its values lie in [0, 1], and its discount prefers the shorter of two ways."""
+"""the scheme to take, as it comes, where the probability of satisfaction is what counts: in the limit its optimum
+maximises it for every formula, its values lie in [0, 1], and its discount prefers the shorter of two ways."""
 
 
 def get_scheme(name: str, *, shaping: float = 0.0, **parameters: Any) -> RewardScheme:
