@@ -42,8 +42,8 @@ class DQNConfig:
     """
 
     hidden: tuple[int, ...] | None = None
-    """units of each hidden layer, ReLU between; thesis: (400, 300). None: a table where observations are discrete and few
-    (and one-hot, and replay is counterfactual), else one layer of 256."""
+    """units of each hidden layer, ReLU between; thesis: (400, 300). None: a table where observations are discrete, few
+    and one-hot, and replay is counterfactual; else one layer of 256."""
     observation_input: ObservationInput = "one-hot"
     """discrete observations as indicator vectors, or as plain numbers (thesis: row and column)."""
     state_input: StateInput = "heads"
