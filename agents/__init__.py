@@ -1,4 +1,4 @@
-"""The bundled reinforcement-learning agent: deep Q-learning on the product of an environment and an automaton."""
+"""The bundled reinforcement-learning agent: Q-learning, deep or tabular, on a product of environment and automaton."""
 
 from .config import DQNConfig
 from .dqn import DoubleDQN

@@ -22,6 +22,12 @@ class DQNConfig:
     The defaults are double Q-learning with one set of outputs per automaton state and counterfactual replay;
     `DQNConfig.thesis()` is algorithm 1 of the thesis. Steps are environment steps, all sub-environments together.
 
+    Where the observations can be numbered, the default is no network but a table, fitted to all experience at once (see
+    `hidden`): nothing is approximated, so that rewards can be told apart that differ by a hundred thousandth, as the
+    schemes that maximise the probability of satisfaction need it. Of the hyperparameters it knows `gamma`,
+    `reward_scale`, `learning_starts`, `batch_size` (the first fit waits for both), `total_steps` and epsilon, which is
+    then the part of the sub-environments that look for what was seldom tried.
+
     Raises:
         InvalidArgumentError: a value is out of range, or two do not fit together.
 
@@ -35,8 +41,9 @@ class DQNConfig:
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018.
     """
 
-    hidden: tuple[int, ...] = (256,)
-    """units of each hidden layer, ReLU between; thesis: (400, 300)."""
+    hidden: tuple[int, ...] | None = None
+    """units of each hidden layer, ReLU between; thesis: (400, 300). None: a table where observations are discrete, few
+    and one-hot, and replay is counterfactual; else one layer of 256."""
     observation_input: ObservationInput = "one-hot"
     """discrete observations as indicator vectors, or as plain numbers (thesis: row and column)."""
     state_input: StateInput = "heads"
@@ -92,7 +99,7 @@ class DQNConfig:
     epsilon_steps: int = 100_000
     """environment steps over which epsilon falls, linearly."""
 
-    total_steps: int = 1_000_000
+    total_steps: int = 2_000_000
     """environment steps of the whole training, >= 1."""
     seed: int = 0
     """of the networks, the exploration, the replay and the environment; >= 0."""
@@ -121,7 +128,8 @@ class DQNConfig:
         return cls(**(values | changes))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hidden", tuple(self.hidden))
+        if self.hidden is not None:
+            object.__setattr__(self, "hidden", tuple(self.hidden))
         for field, choices in _CHOICES.items():
             if getattr(self, field) not in choices:
                 raise UnknownNameError(f"value of {field}", str(getattr(self, field)), choices)
@@ -129,7 +137,7 @@ class DQNConfig:
             _check_number(field, getattr(self, field), low, high, closed)
         for field, least in _COUNTS.items():
             _check_count(field, getattr(self, field), least)
-        for units in self.hidden:
+        for units in self.hidden or ():
             _check_count("each entry of hidden", units, 1)
         for field in ("reward_scale", "max_gradient_norm"):
             if getattr(self, field) is not None:
@@ -151,7 +159,7 @@ class DQNConfig:
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
-        return dataclasses.asdict(self) | {"hidden": list(self.hidden)}
+        return dataclasses.asdict(self) | {"hidden": None if self.hidden is None else list(self.hidden)}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> DQNConfig:

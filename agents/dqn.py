@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from pathlib import Path
 from typing import Any
@@ -20,13 +21,18 @@ from .encoder import ObservationEncoder
 from .networks import QNetwork, move_towards
 from .replay import Steps
 from .storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
+from .table import LARGEST, LAST_SWEEPS, SWEEPS, QTable, Tally, fit
 from .update import TDLoss, TensorTables
 
 _FILE_KIND = "policy"
+_TIE = 1e-12
+"""values of a table that differ by less are alike, in units of the reward scale."""
+_WANDERING = 0.2
+"""probability that a copy that looks for news does something at random."""
 
 
 class DoubleDQN:
-    """Deep Q-learning of one task; `DQNConfig` says which of its variants.
+    """Q-learning of one task, with networks or a table; `DQNConfig` says which of its variants.
 
     Args:
         observation_space: of a single environment, without the automaton.
@@ -38,10 +44,11 @@ class DoubleDQN:
     Attributes:
         encoder: of the observations.
         tables: the reward tables; for None those of a task that asks for nothing.
-        q_network: learns, and acts while training.
+        device: where the values are; a table is on the CPU whatever the configuration says.
+        q_network: learns, and acts while training; a `QTable` takes the place of all three networks.
         target_network: values next states; starts as a copy.
         policy_network: average of the online network over the last updates; its greedy policy is the result.
-        updates: gradient steps made.
+        updates: gradient steps, or fits of the table, made.
 
     Raises:
         InvalidArgumentError: the agent cannot take the observation space, or PyTorch cannot use the device.
@@ -61,22 +68,43 @@ class DoubleDQN:
         self.n_actions = n_actions
         self.encoder = ObservationEncoder(observation_space, config.observation_input)
         self.tables = plain_tables(config.gamma) if tables is None else tables
-        self.tensor_tables = TensorTables.of(self.tables, config)
-        self.q_network = self._network(torch.Generator().manual_seed(config.seed))
-        self.target_network = self._network(torch.Generator().manual_seed(config.seed))
-        self.policy_network = self._network(torch.Generator().manual_seed(config.seed))
-        parameters = list(self.q_network.parameters())
-        self.optimizer: torch.optim.Optimizer
-        if config.optimizer == "adam":
-            self.optimizer = torch.optim.Adam(parameters, lr=config.learning_rate, fused=True)
+        tabular = self._few_observations()
+        self.device = "cpu" if tabular else config.device
+        there = dataclasses.replace(config, device=self.device)
+        self.tensor_tables = TensorTables.of(self.tables, there)
+        self.q_network: QNetwork | QTable
+        self.target_network: QNetwork | QTable
+        self.policy_network: QNetwork | QTable
+        if tabular:
+            table = QTable(self.encoder.n_observations, self.tables.n_states, n_actions)
+            self.q_network = self.target_network = self.policy_network = table
         else:
+            self.q_network = self._network(torch.Generator().manual_seed(config.seed))
+            self.target_network = self._network(torch.Generator().manual_seed(config.seed))
+            self.policy_network = self._network(torch.Generator().manual_seed(config.seed))
+        parameters = list(self.q_network.parameters())
+        self.optimizer: torch.optim.Optimizer | None = None
+        if parameters and config.optimizer == "adam":
+            self.optimizer = torch.optim.Adam(parameters, lr=config.learning_rate, fused=True)
+        elif parameters:
             self.optimizer = torch.optim.SGD(parameters, lr=config.learning_rate)
-        self.loss = TDLoss(self.encoder, self.tensor_tables, config)
+        self.loss = TDLoss(self.encoder, self.tensor_tables, there)
         self.updates = 0
+
+    @property
+    def tabular(self) -> bool:
+        """Whether the values are a table, which `fit` learns, and not networks, which `update` does."""
+        return isinstance(self.q_network, QTable)
+
+    def _few_observations(self) -> bool:
+        config, encoder = self.config, self.encoder
+        size = encoder.n_observations * self.tables.n_states * self.n_actions
+        numbered = config.observation_input == "one-hot" and 0 < size <= LARGEST
+        return config.hidden is None and config.counterfactual and numbered
 
     def _network(self, generator: torch.Generator) -> QNetwork:
         network = QNetwork(self.encoder.n_features, self.tables.n_states, self.n_actions, self.config, generator)
-        return network.to(self.config.device)
+        return network.to(self.device)
 
     @torch.no_grad()
     def q_values(self, observations: Any, states: npt.ArrayLike | None = None) -> npt.NDArray[np.float64]:
@@ -115,6 +143,8 @@ class DoubleDQN:
         n = len(packed)
         random = torch.randint(self.n_actions, (n,), generator=generator)
         chance = torch.rand(n, generator=generator, dtype=torch.float64)
+        if isinstance(self.q_network, QTable):
+            return self._explore_by_table(self.q_network, packed, states, epsilon, (random, chance), generator)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
             random = self._with_random_choices(random, states, generator)
         if epsilon >= 1:
@@ -122,15 +152,36 @@ class DoubleDQN:
         greedy = self._evaluate(self.q_network, packed, states).argmax(dim=-1).cpu()
         return torch.where(chance < epsilon, random, greedy).numpy()
 
-    def _evaluate(self, network: QNetwork, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None) -> Tensor:
-        features = self.encoder.features(torch.from_numpy(packed).to(self.config.device))
-        tables = self.tensor_tables
+    def _explore_by_table(
+        self,
+        table: QTable,
+        packed: npt.NDArray[Any],
+        states: npt.NDArray[np.int64],
+        epsilon: float,
+        drawn: tuple[Tensor, Tensor],
+        generator: torch.Generator,
+    ) -> npt.NDArray[np.int64]:
+        """A part `epsilon` of the copies looks for what was seldom tried; the others give their values some credit."""
+        row, there = self.encoder.index(torch.from_numpy(packed)), torch.from_numpy(states)
+        random, chance = drawn
+        known = self._evaluate(table, packed, states) + table.doubt[row].repeat(1, self.tensor_tables.n_options)
+        news = table.novelty[row, there]
+        known, news = (v + _TIE * torch.rand(v.shape, generator=generator, dtype=v.dtype) for v in (known, news))
+        seeker = torch.where(chance < _WANDERING, random, news.argmax(dim=-1))
+        seeks = torch.arange(len(packed)) + 0.5 < epsilon * len(packed)
+        return torch.where(seeks, seeker, known.argmax(dim=-1)).numpy()
+
+    def _evaluate(
+        self, network: QNetwork | QTable, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None
+    ) -> Tensor:
+        tables, seen = self.tensor_tables, torch.from_numpy(packed).to(self.device)
+        features = self.encoder.index(seen) if isinstance(network, QTable) else self.encoder.features(seen)
         if states is None:
             values: Tensor = network(features, None)
             if tables.n_options == 1:
                 return values
             return tables.join_options(values[:, tables.options], tables.allowed)
-        there = torch.from_numpy(states).to(self.config.device)
+        there = torch.from_numpy(states).to(self.device)
         if tables.n_options == 1:
             return network(features, there)  # type: ignore[no-any-return]
         values = network(features.repeat_interleave(tables.n_options, dim=0), tables.options[there].flatten())
@@ -150,6 +201,8 @@ class DoubleDQN:
         Raises:
             TrainingDiverged: the loss is not a finite number; the weights are as they were.
         """
+        assert isinstance(self.q_network, QNetwork) and isinstance(self.target_network, QNetwork)
+        assert self.optimizer is not None
         for group in self.optimizer.param_groups:
             group["lr"] = learning_rate
         self.q_network.train()
@@ -168,6 +221,20 @@ class DoubleDQN:
             move_towards(self.target_network, self.q_network, self.config.tau)
         move_towards(self.policy_network, self.q_network, self.config.averaging)
         return value
+
+    def fit(self, tally: Tally, *, to_the_end: bool = False) -> float:
+        """Fit the table to all experience; returns the largest change of the last sweep, in units of the reward scale.
+
+        Args:
+            tally: the experience.
+            to_the_end: whether to go on until nothing changes any more.
+        """
+        assert isinstance(self.q_network, QTable)
+        learned, scale = self.tensor_tables.learned.numpy(), self.tensor_tables.scale
+        change = fit(self.q_network, tally, self.tables, learned, scale, LAST_SWEEPS if to_the_end else SWEEPS)
+        self.updates += 1
+        tally.fitted = len(tally)
+        return change
 
     def _diagnosis(self, steps: Steps, learning_rate: float, value: float) -> str:
         broken = [name for name, weights in self.q_network.named_parameters() if not weights.isfinite().all()]
@@ -188,7 +255,7 @@ class DoubleDQN:
             "q_network": self.q_network.state_dict(),
             "target_network": self.target_network.state_dict(),
             "policy_network": self.policy_network.state_dict(),
-            "optimizer": self.optimizer.state_dict(),
+            "optimizer": {} if self.optimizer is None else self.optimizer.state_dict(),
             "updates": self.updates,
         }
 
@@ -196,7 +263,8 @@ class DoubleDQN:
         """Go back to what `state_dict` gave."""
         for name in ("q_network", "target_network", "policy_network"):
             getattr(self, name).load_state_dict(state[name])
-        self.optimizer.load_state_dict(state["optimizer"])
+        if self.optimizer is not None:
+            self.optimizer.load_state_dict(state["optimizer"])
         self.updates = int(state["updates"])
 
     def save(self, path: str | os.PathLike[str]) -> Path:

@@ -10,6 +10,9 @@ from torch import Tensor, nn
 
 from .config import DQNConfig
 
+HIDDEN = (256,)
+"""units of the hidden layers where the configuration leaves them open."""
+
 
 class QNetwork(nn.Module):
     """Values Q(s, q, a) of all automaton states q and actions a at an observation s.
@@ -38,7 +41,7 @@ class QNetwork(nn.Module):
         self.n_states, self.n_actions, self.state_input = n_states, n_actions, config.state_input
         state_features = {"heads": 0, "one-hot": n_states, "raw": 1}[config.state_input]
         n_outputs = n_actions * (n_states if config.state_input == "heads" else 1)
-        widths = [n_features + state_features, *config.hidden]
+        widths = [n_features + state_features, *(HIDDEN if config.hidden is None else config.hidden)]
         layers: list[nn.Module] = []
         for n_in, n_out in itertools.pairwise(widths):
             layers += [_linear(n_in, n_out), nn.ReLU()]

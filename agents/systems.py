@@ -41,7 +41,7 @@ class Entry:
 DOUBLE_DQN = "double-dqn"
 AGENTS: Mapping[str, Entry] = MappingProxyType({
     DOUBLE_DQN: Entry(
-        "A network of the values of the rewards, from replayed steps that teach every automaton state.",
+        "A network or, of few observations, a table of values, from replayed steps that teach every automaton state.",
         "H. van Hasselt, A. Guez, D. Silver, AAAI 2016, doi 10.1609/aaai.v30i1.10295",
         DQNConfig(),
     ),

@@ -126,7 +126,8 @@ def reproduce(
     total = steps or experiment.steps
     config = RunConfig(
         setting=Setting(env=experiment.env, initial_label="skip"),
-        hyperparameters=DQNConfig(total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
+        # a network, as in the thesis, though a table would do
+        hyperparameters=DQNConfig(hidden=(256,), total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
     )
     run = RunFolder.create(folder, config, recorded_automaton(experiment.automaton), force=True)
     since = time.perf_counter()

@@ -26,6 +26,7 @@ from .dqn import DoubleDQN
 from .metrics import Metrics, Row
 from .replay import ReplayBuffer
 from .storage import read_file, same_tables, tables_of_tensors, tables_to_tensors, write_file
+from .table import GROWTH, Tally
 
 CHECKPOINT_FILE = "checkpoint.ltlc"
 POLICY_FILE = "policy.ltlc"
@@ -119,11 +120,7 @@ def train(
             actions = run.agent.explore(run.collector.packed, run.collector.states, epsilon, run.generator)
             steps = run.collector.step(actions)
             run.buffer.add(steps)
-            losses = []
-            if len(steps.action) and run.may_update():
-                for _ in range(config.gradient_steps):
-                    batch = run.buffer.sample(config.batch_size, run.generator)
-                    losses.append(run.agent.update(batch, learning_rate))
+            losses = run.learn(learning_rate) if len(steps.action) else []
             row = run.advance(len(steps.action), losses, epsilon, learning_rate)
             if row is not None and callback is not None:
                 stopped = bool(callback(Progress(run.agent, row, config.total_steps)))
@@ -143,7 +140,11 @@ class _Run:
         self.config, self.folder = config, folder
         self.agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
         encoder = self.agent.encoder
-        self.buffer = ReplayBuffer(config.buffer_size, encoder.width, encoder.dtype, config.device)
+        self.buffer: ReplayBuffer | Tally
+        if self.agent.tabular:
+            self.buffer = Tally(encoder, interface.n_actions, self.agent.tables.n_classes)
+        else:
+            self.buffer = ReplayBuffer(config.buffer_size, encoder.width, encoder.dtype, config.device)
         self.collector = Collector(interface, encoder)
         self.generator = torch.Generator().manual_seed(_seed(config, 0))
         self.steps = self.rounds = self.leg = 0
@@ -165,10 +166,17 @@ class _Run:
         """Seconds of training so far."""
         return self._seconds + time.perf_counter() - self._since
 
-    def may_update(self) -> bool:
-        """Whether there is enough in the buffer, and it is the turn of an update."""
-        enough = len(self.buffer) >= max(self.config.learning_starts, self.config.batch_size)
-        return enough and self.rounds % self.config.train_frequency == 0
+    def learn(self, learning_rate: float) -> list[float]:
+        """Make the updates that are due; returns their losses."""
+        config = self.config
+        if len(self.buffer) < max(config.learning_starts, config.batch_size):
+            return []
+        if isinstance(self.buffer, Tally):
+            return [self.agent.fit(self.buffer)] if len(self.buffer) >= GROWTH * self.buffer.fitted else []
+        if self.rounds % config.train_frequency:
+            return []
+        batches = (self.buffer.sample(config.batch_size, self.generator) for _ in range(config.gradient_steps))
+        return [self.agent.update(batch, learning_rate) for batch in batches]
 
     def advance(self, n_steps: int, losses: list[float], epsilon: float, learning_rate: float) -> Row | None:
         """Count a round of environment steps; a row of metrics if one is due."""
@@ -192,6 +200,8 @@ class _Run:
 
     def finish(self, *, complete: bool) -> None:
         """Write the last checkpoint, unless the leg was cut short, and the policy."""
+        if isinstance(self.buffer, Tally) and len(self.buffer):
+            self.agent.fit(self.buffer, to_the_end=True)
         if complete:
             self.save()
         self.metrics.close()

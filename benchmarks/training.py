@@ -112,8 +112,8 @@ def model_of(case: Case) -> LabelledMDP:
 
 
 def configuration(case: Case, seed: int) -> DQNConfig:
-    """The defaults, with the length of the training of this case."""
-    return DQNConfig(total_steps=case.total_steps, seed=seed, log_every=case.total_steps // 60)
+    """The defaults with a network, not the table that would do here, and with the length of training of this case."""
+    return DQNConfig(hidden=(256,), total_steps=case.total_steps, seed=seed, log_every=case.total_steps // 60)
 
 
 def measure(name: str, seed: int) -> Measurement:
@@ -178,7 +178,7 @@ def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measuremen
             "exploration_final_eps": config.epsilon_final,
         }
     env = DummyVecEnv([make] * (NUM_ENVS if tuned else 1))
-    network = {"net_arch": list(config.hidden)}
+    network = {"net_arch": list(config.hidden or ())}
     agent = DQN("MlpPolicy", env, policy_kwargs=network, gamma=0.99, seed=seed, device="cpu", **settings)
     judge, shown = peer_judge(case, task)
     result.optimum = judge.optimum

@@ -7,60 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from suite_tasks import Cell, build, load_worlds
 
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.mdp import LabelledMDP
 
-UP, RIGHT, DOWN, LEFT, STAY = (-1, 0), (0, 1), (1, 0), (0, -1), (0, 0)
-Cell = tuple[int, int]
-Outcomes = Mapping[Cell, float]
 Mark = Callable[[int, frozenset[str]], bool]
 
 
-def grid(
-    height: int,
-    width: int,
-    actions: Sequence[Outcomes],
-    labels: Mapping[Cell, Any],
-    *,
-    aps: Sequence[str],
-    start: Cell = (0, 0),
-    blocked: Sequence[Cell] = (),
-    absorbing: Sequence[Cell] = (),
-    special: Mapping[Cell, Sequence[Outcomes]] | None = None,
-) -> LabelledMDP:
-    """Moves with probabilities; leaving the grid or bumping into a blocked cell means staying."""
-    matrices = np.zeros((len(actions), height * width, height * width))
-    for row in range(height):
-        for column in range(width):
-            outcomes = (special or {}).get((row, column), actions)
-            for a in range(len(actions)):
-                for (down, right), p in outcomes[a].items():
-                    to = (row + down, column + right)
-                    inside = 0 <= to[0] < height and 0 <= to[1] < width and to not in blocked
-                    if not inside or (row, column) in (*absorbing, *blocked):
-                        to = (row, column)
-                    matrices[a, row * width + column, to[0] * width + to[1]] += p
-    flat = {row * width + column: label for (row, column), label in labels.items()}
-    return LabelledMDP.from_arrays(matrices, aps=aps, labels=flat, initial_state=start[0] * width + start[1])
-
-
-def noisy(moves: Sequence[Cell], intended: float) -> list[Outcomes]:
-    """Each action succeeds with probability `intended`, the rest is shared by the other moves."""
-    other = (1 - intended) / (len(moves) - 1)
-    return [{move: intended if move == chosen else other for move in moves} for chosen in moves]
-
-
-def sideways(intended: float, side: float) -> list[Outcomes]:
-    """Up, right, down, left; slips to both perpendicular directions."""
-    turn = [UP, RIGHT, DOWN, LEFT]
-    return [{turn[i]: intended, turn[(i + 1) % 4]: side, turn[i - 1]: side} for i in range(4)]
-
-
-def uniform_slip(slip: float) -> list[Outcomes]:
-    """Up, right, down, left; with probability `slip` a uniformly random one, the intended one included."""
-    turn = [UP, RIGHT, DOWN, LEFT]
-    return [{move: slip / 4 + (1 - slip) * (move == chosen) for move in turn} for chosen in turn]
+def world(name: str, **changes: Any) -> LabelledMDP:
+    """A world of the suite; `changes` replace parts of its entry."""
+    return build(load_worlds()[name] | changes)
 
 
 def automaton(
@@ -178,16 +135,13 @@ def thesis_world(
     size: int, *, intended: float = 0.6, dynamic: bool = False, absorbing: Sequence[Cell] = ()
 ) -> LabelledMDP:
     """The thesis' 10x10 or 5x5 map; `dynamic` shows A, B, T with probability 0.8 and C with 0.05."""
-    if size == 10:
-        cells = {"A": [(2, 7)], "B": [(5, 2)], "T": [(8, 8)], "C": [(i, i) for i in range(2, 7)]}
-        start = (4, 1)
-    else:
-        cells = {"A": [(4, 0)], "B": [(0, 4)], "T": [(4, 4)], "C": [(0, 0), (1, 2), (1, 3), (4, 2)]}
-        start = (2, 2)
+    found = world(f"thesis-{size}x{size}", motion={"intended": intended}, absorbing=absorbing)
+    if not dynamic:
+        return found
     chance = {"A": 0.8, "B": 0.8, "T": 0.8, "C": 0.05}
-    labels = {cell: {name: chance[name] if dynamic else 1.0} for name, found in cells.items() for cell in found}
-    moves = noisy([UP, RIGHT, DOWN, LEFT, STAY], intended)
-    return grid(size, size, moves, labels, aps="ABCT", start=start, absorbing=absorbing)
+    letters = found.letters[found.label_probability.argmax(axis=1)]
+    names = [[name for i, name in enumerate(found.aps) if letter >> i & 1] for letter in letters]
+    return found.with_labels(found.aps, [{name: chance[name] for name in shown} for shown in names])
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mdp_cases import RIGHT, STAY, grid, thesis_world
+from mdp_cases import thesis_world
+from suite_tasks import RIGHT, STAY, grid
 
 from ltlc import compile
 from ltlc.cli.app import run

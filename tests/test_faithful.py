@@ -27,40 +27,40 @@ def table() -> ModuleType:
 
 
 LOSES = {
-    "risk and reward": {
+    "risk-reward": {
         "sadigh .99": 0.9, "accept .99": 0.9, "sadigh .9999": 0.9, "code, reset": 0.9, "code, end": 0.9,
     },
     "devious": {
         "sadigh .99": 0.75, "sadigh .9999": 0.75, "code, reset": 0.75, "code, end": 0.75, "parity .1": 0.75,
         "two-discount .99 .999": 0.75,
     },
-    "safe absorbing": {
+    "safe-absorbing": {
         "code, reset": 0.779108, "code, end": 0.797832, "parity .1": 0.779108, "parity .01": 0.843392,
         "parity .001": 0.914286,
     },
-    "two pairs": {"sadigh, pair 0": 2 / 3},
+    "two-pairs": {"sadigh, pair 0": 2 / 3},
     "gate": {"code, reset": 0.0},
-    "frozen 8x8": {
+    "frozen-8x8": {
         "sadigh .99": 0.899214, "code, reset": 0.262922, "code, end": 0.899214, "parity .1": 0.802322,
         "two-discount .9 .999": 0.994178,
     },
-    "thesis 10x10": {
+    "four-moves-until": {
         "accept .99": 0.851231, "accept .9999": 0.950560, "code, end": 0.851231, "parity .1": 0.851231,
         "parity .01": 0.950560, "two-discount .99 .999": 0.948681, "two-discount .99 .9999": 0.950560,
         "two-discount .99 .99999": 0.950696, "two-discount .9 .999": 0.948681,
     },
-    "lake 4x4": {"code, reset": 0.0},
+    "frozen-lake-4x4-until": {"code, reset": 0.0},
 }  # fmt: skip
 
 ATTAINS = {
-    "risk and reward": ["parity .1", "parity .01", "parity .001", "two-discount .99 .999", "two-discount .9 .999"],
+    "risk-reward": ["parity .1", "parity .01", "parity .001", "two-discount .99 .999", "two-discount .9 .999"],
     "devious": ["parity .01", "parity .001", "two-discount .99 .9999", "two-discount .9 .999"],
     "gate": ["sadigh .99", "code, end", "parity .1", "parity .01"],
-    "frozen 8x8": ["sadigh .9999", "parity .01", "two-discount .99 .999", "two-discount .99 .99999"],
-    "thesis 10x10": ["parity .001"],
-    "lake 4x4": ["accept .99", "sadigh .99", "code, end", "parity .1", "two-discount .99 .999"],
-    "two pairs": ["sadigh .99", "accept .99", "code, reset", "code, end", "parity .1", "two-discount .99 .999"],
-    "safe absorbing": ["two-discount .99 .9999", "two-discount .99 .99999"],
+    "frozen-8x8": ["sadigh .9999", "parity .01", "two-discount .99 .999", "two-discount .99 .99999"],
+    "four-moves-until": ["parity .001"],
+    "frozen-lake-4x4-until": ["accept .99", "sadigh .99", "code, end", "parity .1", "two-discount .99 .999"],
+    "two-pairs": ["sadigh .99", "accept .99", "code, reset", "code, end", "parity .1", "two-discount .99 .999"],
+    "safe-absorbing": ["two-discount .99 .9999", "two-discount .99 .99999"],
 }
 GUARANTEED = ["zeta-reach .9", "zeta-reach .99", "zeta-discount .99", "eventual .9", "eventual .99", "frontier"]
 
@@ -68,7 +68,7 @@ GUARANTEED = ["zeta-reach .9", "zeta-reach .99", "zeta-discount .99", "eventual 
 @pytest.mark.parametrize("task", LOSES)
 def test_schemes_lose_what_they_are_known_to_lose(table: ModuleType, task: str) -> None:
     found = table.report(task, list(LOSES[task]))
-    assert found.maximum == pytest.approx(table.TASKS[task].maximum, abs=1e-6)
+    assert found.maximum == pytest.approx(table.TASKS[task].pmax, abs=1e-6)
     for row, expected in zip(found.rows, LOSES[task].values(), strict=True):
         assert row.satisfaction == pytest.approx(expected, abs=1e-5), row.name
         assert row.faithful is False
@@ -78,19 +78,19 @@ def test_schemes_lose_what_they_are_known_to_lose(table: ModuleType, task: str) 
 def test_schemes_attain_the_maximum_where_they_are_known_to(table: ModuleType, task: str) -> None:
     names = ATTAINS[task] + GUARANTEED
     found = table.report(task, names)
-    assert found.maximum == pytest.approx(table.TASKS[task].maximum, abs=1e-6)
+    assert found.maximum == pytest.approx(table.TASKS[task].pmax, abs=1e-6)
     assert {row.name: row.faithful for row in found.rows} == {row.name: True for row in found.rows}
 
 
 def test_a_scheme_that_does_not_apply_says_why(table: ModuleType) -> None:
-    (row,) = faithfulness(table.gate(), table.TASKS["gate"].formula, [Candidate.of("sadigh", pair=7)]).rows
+    (row,) = faithfulness(table.TASKS["gate"].model, table.TASKS["gate"].formula, [Candidate.of("sadigh", pair=7)]).rows
     assert row.satisfaction is row.gap is row.faithful is None
     assert "pair 7" in row.problem
 
 
 def test_a_return_without_a_maximum_is_reported(table: ModuleType) -> None:
     candidate = Candidate.of("accept", gamma=1.0)
-    (row,) = faithfulness(table.risk_reward(), "G F g & G !b", [candidate]).rows
+    (row,) = faithfulness(table.TASKS["risk-reward"].model, "G F g & G !b", [candidate]).rows
     assert row.objective is None
     assert row.problem == "its return has no finite maximum"
 
@@ -104,7 +104,7 @@ def test_candidates_are_called_after_their_parameters() -> None:
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_pictures_are_drawn(table: ModuleType, tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"bars.{suffix}"
-    draw(path, table.report("safe absorbing", ["code, reset", "code, end", "eventual .9"]), subtitle="a grid")
+    draw(path, table.report("safe-absorbing", ["code, reset", "code, end", "eventual .9"]), subtitle="a grid")
     first = path.read_bytes()
     assert len(first) > 1000
     with pytest.raises(InvalidArgumentError, match="suffix"):
