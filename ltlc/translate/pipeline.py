@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from ltlc.automata import canonical, collapse, merge_by_trial, to_state_based
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import settled
+from ltlc.automata.retarget import EFFORT
 from ltlc.automata.sat_minimize import minimize
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, propositions, simplify
@@ -128,14 +130,15 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
+    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT)
     if automaton.n_pairs == 1:
-        return canonical(to_state_based(automaton))
+        return canonical(split(automaton))
     # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
     closure = problem.closure(budget)
     emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-    chain = to_state_based(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+    chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
     if sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
-        chain = min(to_state_based(automaton), chain, key=lambda a: a.n_states)
+        chain = min(split(automaton), chain, key=lambda a: a.n_states)
     return canonical(chain)
 
 
