@@ -13,7 +13,7 @@ import typer
 from ltlc.cli import agents, check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
 from ltlc.cli.messages import complain, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
-from ltlc.version import __version__
+from ltlc.version import __version__, is_compiled
 
 
 def application() -> typer.Typer:
@@ -43,7 +43,7 @@ def application() -> typer.Typer:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        print(f"ltlc {__version__}")
+        print(f"ltlc {__version__} (compiled)" if is_compiled() else f"ltlc {__version__}")
         raise typer.Exit
 
 

@@ -152,7 +152,7 @@ class Implications:
             return False
         (a, b), (c, d) = f.args, g.args
         strong = left is Until or left is StrongRelease
-        if left in _UNTILS and right in (*_UNTILS, *_RELEASES):
+        if left in _UNTILS and (right in _UNTILS or right in _RELEASES):
             # a holds until b: then a keeps g going, and b, when it comes, implies g.
             keeps = c if right in _UNTILS else d
             return (strong or right is WeakUntil or right is Release) and test(a, keeps, depth) and test(b, g, depth)

@@ -1,0 +1,100 @@
+"""The optional compilation of the hot modules; all metadata is in pyproject.toml.
+
+With `LTLC_ACCELERATE=1` in the environment, a wheel built from here carries the modules below twice: as they are, and
+compiled by mypyc into extension modules, which Python prefers. Without it nothing is compiled and mypy is not needed.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import sys
+import sysconfig
+from pathlib import Path
+
+from setuptools import Extension, setup
+
+# Where the time goes. Left out on purpose, besides what is not hot: translate/budget.py, because every loop that can
+# grow asks it, and Ctrl-C is only noticed by interpreted code; automata/rabin.py, ltl/formula.py and ltl/rule.py, because
+# mypyc does not support their cached properties, their object.__new__ and their subclass of list.
+COMPILED = {
+    "ltlc": ("graph",),
+    "ltlc/ltl": ("implication", "normal", "rewrite", "rules_binary", "rules_boolean", "rules_unary"),
+    "ltlc/automata": (
+        "canonical",
+        "collapse",
+        "compare",
+        "emptiness",
+        "languages",
+        "lower_bound",
+        "marks",
+        "partition",
+        "rabin_type",
+        "reduce",
+        "residuals",
+        "retarget",
+        "state_based",
+    ),
+    "ltlc/translate": (
+        "bitset",
+        "closure",
+        "components",
+        "decomposition",
+        "emerson_lei",
+        "letters",
+        "nodes",
+        "normal_form",
+        "pairs",
+        "pipeline",
+        "product",
+        "safra",
+        "tableau",
+    ),
+}
+# The front door names every part for type checkers; what stands above the compiled modules need not be read.
+MYPY = """\
+[mypy]
+follow_imports = silent
+[mypy-ltlc.compiler,ltlc.envs.*,ltlc.many,ltlc.task]
+follow_imports = skip
+"""
+BUILD = Path("build", "mypyc")
+
+
+def extensions() -> list[Extension]:
+    """The compiled modules, as one shared library and a stub for each."""
+    try:
+        from mypyc.build import mypycify
+    except ImportError as error:
+        sys.exit(f"LTLC_ACCELERATE is set, but mypyc cannot be imported ({error}): pip install mypy, or unset it")
+    if os.name == "posix":
+        compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")[0]
+        if shutil.which(compiler) is None:
+            sys.exit(f"LTLC_ACCELERATE is set, but there is no C compiler {compiler!r}: install one, or unset it")
+        if not Path(sysconfig.get_path("include"), "Python.h").is_file():
+            sys.exit("LTLC_ACCELERATE is set, but Python.h is missing: install python3-dev, or unset it")
+    BUILD.mkdir(parents=True, exist_ok=True)
+    config = BUILD / "mypy.ini"
+    config.write_text(MYPY, encoding="utf-8")
+    paths = [f"{folder}/{name}.py" for folder, names in COMPILED.items() for name in names]
+    # Optimizing more takes longer and gains nothing that can be measured.
+    found: list[Extension] = mypycify(
+        [f"--config-file={config}", f"--cache-dir={os.devnull}", *paths],
+        opt_level="1",
+        debug_level="0",
+        target_dir=str(BUILD),
+        group_name="ltlc._compiled",
+    )
+    return found
+
+
+if os.environ.get("LTLC_ACCELERATE", "0") in ("", "0"):
+    setup()
+elif "editable_wheel" in sys.argv:
+    sys.exit("LTLC_ACCELERATE is set, but an editable install stays pure Python: unset it, or install without -e")
+else:  # the front end also asks for requirements, metadata and source archives; only a wheel is compiled
+    setup(
+        setup_requires=["mypy>=2.4"] if "egg_info" in sys.argv else [],
+        ext_modules=extensions() if "bdist_wheel" in sys.argv else [],
+    )
