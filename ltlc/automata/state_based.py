@@ -14,7 +14,7 @@ from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_on
 from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.reduce import reduce
+from ltlc.automata.reduce import reduce, settled
 from ltlc.automata.retarget import EFFORT
 
 MAX_EDGES_CHECKED = 20_000
@@ -47,11 +47,10 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinA
     marks: dict[Edge, int] = {}
     for component in components(simple):
         marks.update(_even_marks(component))
-    best = reduce(_split(simple, marks), effort=effort)
+    best = settled(_split(simple, marks))
     if not is_smallest(best):
-        alternative = reduce(_split(simple, marks, once=True), effort=effort)
-        best = min(best, alternative, key=lambda a: a.n_states)
-    return best
+        best = min(best, settled(_split(simple, marks, once=True)), key=lambda a: a.n_states)
+    return reduce(best, effort=effort)
 
 
 def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:
