@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import runpy
 import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from test_translate_sizes import families
 
 ROOT = Path(__file__).parent.parent
 CORE = ("test_ltl", "test_automata", "test_translate", "test_graph", "test_compiler")
@@ -58,6 +56,99 @@ for text in ("X " * 50_000 + "a", "".join(f"p{i % 2} U (" for i in range(20_000)
 """
 
 
-def compiled_modules() -> list[str]:
-    table: Mapping[str, tuple[str, ...]] = namespace(["setup.py", "--version"])["COMPILED"]
-    return [f"{folder}/{name}" for folder, names in table.items() for name in names]
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The unpacked wheel, built from a clean copy."""
+    folder = tmp_path_factory.mktemp("accelerated")
+    skipped = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "__pycache__", "runs", "tests")
+    shutil.copytree(ROOT, folder / "checkout", ignore=skipped)
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "wheel", "--no-build-isolation", "--no-deps")
+    built = run(*pip, "--wheel-dir", folder, folder / "checkout", cwd=folder, LTLC_ACCELERATE="1")
+    missing = [line for line in built.stdout.splitlines() if line.strip().startswith("LTLC_ACCELERATE is set, but")]
+    if missing:
+        pytest.skip(missing[0].strip())
+    assert built.returncode == 0, built.stdout
+    with zipfile.ZipFile(next(folder.glob("*.whl"))) as wheel:
+        wheel.extractall(folder / "site")
+    return folder / "site"
+
+
+def run(*command: str | Path, cwd: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """The finished command, with what it said on both channels as its stdout."""
+    return subprocess.run(
+        [str(word) for word in command],
+        cwd=cwd,
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+
+
+def output(site: Path, script: str, *arguments: str) -> str:
+    """What a Python script prints that finds ltlc there."""
+    done = run(sys.executable, "-c", script, *arguments, cwd=site.parent, PYTHONPATH=str(site))
+    assert done.returncode == 0, done.stdout
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_compiled_modules_are_in_use_and_their_sources_are_beside_them(site: Path) -> None:
+    assert {path.name.partition("-")[0] for path in site.iterdir()} == {"ltlc"}
+    assert not list(site.glob("*.dist-info/**/*-none-any*"))
+    modules = {path.parent / path.name.partition(".")[0] for path in site.rglob("*.so")}
+    assert {site / "ltlc/graph", site / "ltlc/translate/closure", site / "ltlc/automata/marks"} <= modules
+    modules.remove(site / "ltlc/_compiled__mypyc")
+    assert all(module.with_suffix(".py").is_file() for module in modules)
+    names = [".".join(module.relative_to(site).parts) for module in sorted(modules)]
+    assert all(name.endswith(".so") for name in json.loads(output(site, WHERE, json.dumps(names))))
+    assert "ltlc 0" in (version := output(site, "from ltlc.cli import main; main()", "--version"))
+    assert version.endswith("(compiled)\n")
+
+
+@pytest.mark.slow
+def test_the_core_passes_its_tests(site: Path, tmp_path: Path) -> None:
+    """Away from the checkout, so that its files are not imported."""
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    for folder in ("tests", "benchmarks"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    tests = [path for path in sorted((tmp_path / "tests").glob("*.py")) if path.name.startswith(CORE)]
+    tests = [path for path in tests if path.name not in PURE]
+    options = ("-q", "-p", "no:cacheprovider")
+    done = run(sys.executable, "-m", "pytest", *options, *tests, cwd=tmp_path, PYTHONPATH=str(site))
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.slow
+def test_the_same_bytes_as_pure_python(site: Path) -> None:
+    formulas = json.dumps([text for texts in families().values() for text in texts])
+    assert output(site, DIGEST, formulas) == output(ROOT, DIGEST, formulas)
+
+
+@pytest.mark.slow
+def test_ctrl_c_is_noticed_in_time(site: Path) -> None:
+    assert 0.5 <= float(output(site, INTERRUPTED)) < 5
+
+
+@pytest.mark.slow
+def test_deep_formulas_end_in_python_errors_too(site: Path) -> None:
+    assert output(site, DEEP) == output(ROOT, DEEP)
+
+
+@pytest.mark.parametrize(
+    ("command", "environment", "reason"),
+    [
+        ("bdist_wheel", {"CC": "no-such-compiler"}, "there is no C compiler 'no-such-compiler': install one"),
+        ("bdist_wheel", {"PYTHONPATH": "{without_mypy}"}, "mypyc cannot be imported"),
+        ("editable_wheel", {}, "an editable install stays pure Python"),
+    ],
+)
+def test_what_is_missing_is_said(command: str, environment: dict[str, str], reason: str, tmp_path: Path) -> None:
+    pytest.importorskip("mypyc")
+    (tmp_path / "mypyc.py").touch()
+    environment = {name: value.format(without_mypy=tmp_path) for name, value in environment.items()}
+    done = run(sys.executable, ROOT / "setup.py", command, cwd=tmp_path, LTLC_ACCELERATE="1", **environment)
+    assert done.returncode == 1
+    assert done.stdout.startswith("LTLC_ACCELERATE is set, but ")
+    assert reason in done.stdout

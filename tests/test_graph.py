@@ -23,7 +23,7 @@ def random_graph(seed: int) -> list[list[int]]:
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 12))
     n_edges = int(rng.integers(0, 2 * n + 1))
-    return graph.from_edges(n, rng.integers(0, n, (n_edges, 2)).tolist())
+    return graph.from_edges(n, [(q, t) for q, t in rng.integers(0, n, (n_edges, 2)).tolist()])
 
 
 @pytest.mark.parametrize("seed", range(60))
