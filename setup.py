@@ -95,6 +95,6 @@ elif "editable_wheel" in sys.argv:
     sys.exit("LTLC_ACCELERATE is set, but an editable install stays pure Python: unset it, or install without -e")
 else:  # the front end also asks for requirements, metadata and source archives; only a wheel is compiled
     setup(
-        setup_requires=["mypy>=2.4"] if "egg_info" in sys.argv else [],
+        setup_requires=["mypy>=2.4", "numpy>=2.0"] if "egg_info" in sys.argv else [],
         ext_modules=extensions() if "bdist_wheel" in sys.argv else [],
     )
