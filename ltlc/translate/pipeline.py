@@ -132,7 +132,7 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT)
+    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, check=budget.check_time)
     if automaton.n_pairs == 1:
         return canonical(split(automaton))
     # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
@@ -230,7 +230,7 @@ def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bo
             automaton = collapsed.automaton
     budget.check_time()
     if automaton.n_states > least:
-        merged = merge_by_trial(automaton)
+        merged = merge_by_trial(automaton, check=budget.check_time)
         if merged.n_states < automaton.n_states:
             automaton = settled(merged)
     return found._replace(automaton=automaton, least=least)
