@@ -6,9 +6,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from mdp_cases import DOWN, LEFT, RIGHT, STAY, UP, grid, noisy, sequence
+from mdp_cases import sequence
 from mdp_exact import ExactTask
 from scipy import sparse
+from suite_tasks import DOWN, LEFT, RIGHT, STAY, UP, grid, intended
 from test_mdp_properties import random_mdp, storm_value
 
 from ltlc.cli.verdicts import between
@@ -22,7 +23,7 @@ from ltlc.mdp.sweeps import GaussSeidel
 MOVES = [UP, RIGHT, DOWN, LEFT, STAY]
 
 
-def scaled_world(side: int, intended: float, *, blocks: bool = False, start: tuple[int, int] = (4, 1)) -> LabelledMDP:
+def scaled_world(side: int, chance: float, *, blocks: bool = False, start: tuple[int, int] = (4, 1)) -> LabelledMDP:
     """The thesis' 10x10 map with every coordinate multiplied; with `blocks`, obstacles and places grow too."""
     factor = side // 10
     map_ = {(2, 7): "A", (5, 2): "B", (8, 8): "T", **{(i, i): "C" for i in range(2, 7)}}
@@ -33,7 +34,10 @@ def scaled_world(side: int, intended: float, *, blocks: bool = False, start: tup
         for i in range(size)
         for j in range(size)
     }
-    return grid(side, side, noisy(MOVES, intended), labels, aps="ABCT", start=(start[0] * factor, start[1] * factor))
+    start = (start[0] * factor, start[1] * factor)
+    return grid(side, side, intended(MOVES, chance), labels, aps=tuple("ABCT"), start=start)
+        side, side, intended(MOVES, chance), labels, aps=tuple("ABCT"), start=(start[0] * factor, start[1] * factor)
+    )
 
 
 @pytest.mark.parametrize("tiny", [False, True])
@@ -54,12 +58,12 @@ def test_bounds_hold_the_exact_value(seed, tiny):
 
 
 @pytest.mark.parametrize(
-    ("side", "intended", "blocks"),
+    ("side", "chance", "blocks"),
     [(10, 0.6, False), (30, 0.6, False), (30, 0.3, True), (30, 0.2, True), (50, 0.4, True)],
 )
-def test_bounds_are_narrow_where_policies_may_dawdle(side, intended, blocks):
+def test_bounds_are_narrow_where_policies_may_dawdle(side, chance, blocks):
     """From a corner, a policy can make a run last for more steps than a double has digits for."""
-    product = Product(scaled_world(side, intended, blocks=blocks), sequence("ABT", "C"))
+    product = Product(scaled_world(side, chance, blocks=blocks), sequence("ABT", "C"))
     best = max_satisfaction_probability(product)
     assert (best.state_upper - best.state_lower).max() < 1e-8
     assert (best.state_lower <= best.state_probability).all()
@@ -69,9 +73,9 @@ def test_bounds_are_narrow_where_policies_may_dawdle(side, intended, blocks):
     assert attained.upper - attained.lower < 1e-8
 
 
-@pytest.mark.parametrize(("intended", "blocks"), [(0.6, False), (0.4, True), (0.2, True)])
-def test_large_processes_are_solved_in_parts(monkeypatch, intended, blocks):
-    product = Product(scaled_world(30, intended, blocks=blocks), sequence("ABT", "C"))
+@pytest.mark.parametrize(("chance", "blocks"), [(0.6, False), (0.4, True), (0.2, True)])
+def test_large_processes_are_solved_in_parts(monkeypatch, chance, blocks):
+    product = Product(scaled_world(30, chance, blocks=blocks), sequence("ABT", "C"))
     whole = max_satisfaction_probability(product)
     monkeypatch.setattr("ltlc.mdp.parts.SMALLEST", 500)
     monkeypatch.setattr("ltlc.mdp.certified.LINEAR_SOLVE_LIMIT", 0)

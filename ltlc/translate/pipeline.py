@@ -35,6 +35,8 @@ _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 _SLACK = 60
 """plus these."""
+_MANY_PAIRS = 4
+"""Fewer states are not worth more Rabin pairs than this."""
 _SAT_SECONDS = 30.0
 """The search for a smaller automaton goes on for this time at most."""
 
@@ -130,7 +132,7 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT)
+    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, check=budget.check_time)
     if automaton.n_pairs == 1:
         return canonical(split(automaton))
     # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
@@ -224,16 +226,16 @@ def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bo
     if prove and not found.smallest and can_decide_languages(automaton):
         collapsed = collapse(automaton)
         least = max(least, collapsed.lower_bound)
-        if wanted == "transition" and _room(collapsed.automaton) < _room(automaton):
+        if wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton):
             automaton = collapsed.automaton
     budget.check_time()
     if automaton.n_states > least:
-        merged = merge_by_trial(automaton)
+        merged = merge_by_trial(automaton, check=budget.check_time)
         if merged.n_states < automaton.n_states:
             automaton = settled(merged)
     return found._replace(automaton=automaton, least=least)
 
 
-def _room(automaton: RabinAutomaton) -> int:
-    """What an agent has to learn at most: states, times the pairs it may have to choose from."""
-    return automaton.n_states * automaton.n_pairs
+def _is_worth_its_pairs(smaller: RabinAutomaton, larger: RabinAutomaton) -> bool:
+    """Whether an agent that may have to choose a pair has less to learn, and other tools still read the automaton."""
+    return smaller.n_pairs <= _MANY_PAIRS and smaller.n_states * smaller.n_pairs < larger.n_states * larger.n_pairs
