@@ -14,9 +14,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 from ltlc import graph
 from ltlc.translate.bitset import bits
@@ -36,35 +34,45 @@ class Edge(NamedTuple):
     marks: int
 
 
-@dataclass(frozen=True)
 class EmersonLei:
-    """A complete deterministic automaton; state 0 is initial."""
+    """A complete deterministic automaton; state 0 is initial.
 
-    edges: tuple[tuple[Edge, ...], ...]
-    """per state; the letter sets of a state's edges partition the letters."""
-    acceptance: tuple[Acceptance, ...]
-    """per state; the same for all states of a strong component."""
+    Args:
+        edges: per state; the letter sets of a state's edges partition the letters.
+        acceptance: per state; the same for all states of a strong component.
+        component: what the property `component` is, if that is known already.
+    """
+
+    def __init__(
+        self,
+        edges: tuple[tuple[Edge, ...], ...],
+        acceptance: tuple[Acceptance, ...],
+        component: list[int] | None = None,
+    ) -> None:
+        self.edges: Final = edges
+        self.acceptance: Final = acceptance
+        self._component = component
 
     @property
     def n_states(self) -> int:
         """Number of states."""
         return len(self.edges)
 
-    @cached_property
+    @property
     def is_weak(self) -> bool:
         """Whether each strong component accepts all of its runs or none."""
         return all(condition in (ALWAYS, NEVER) for condition in self.acceptance)
 
-    @cached_property
+    @property
     def component(self) -> list[int]:
         """Strong component of each state, numbered in topological order."""
-        return graph.strong_components([[edge.target for edge in edges] for edges in self.edges])
+        if self._component is None:
+            self._component = graph.strong_components([[edge.target for edge in edges] for edges in self.edges])
+        return self._component
 
     def relabelled(self, edges: tuple[tuple[Edge, ...], ...], acceptance: tuple[Acceptance, ...]) -> EmersonLei:
         """Other marks and conditions on the same graph, whose strong components are not looked for again."""
-        other = EmersonLei(edges, acceptance)
-        vars(other)["component"] = self.component
-        return other
+        return EmersonLei(edges, acceptance, self.component)
 
 
 # -- acceptance conditions --------------------------------------------------------------------------------------------
