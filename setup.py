@@ -78,10 +78,9 @@ def extensions() -> list[Extension]:
     config = BUILD / "mypy.ini"
     config.write_text(MYPY, encoding="utf-8")
     paths = [f"{folder}/{name}.py" for folder, names in COMPILED.items() for name in names]
-    # Optimizing more takes longer and gains nothing that can be measured.
     found: list[Extension] = mypycify(
         [f"--config-file={config}", f"--cache-dir={os.devnull}", *paths],
-        opt_level="1",
+        opt_level="2",
         debug_level="0",
         target_dir=str(BUILD),
         group_name="ltlc._compiled",
