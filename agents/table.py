@@ -31,8 +31,6 @@ WORK = 5e9
 """multiplications of a fit that may have more than `SWEEPS` sweeps, at most: some ten seconds."""
 TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
-UNSEEN = 0.01
-"""how often each action is thought to have had an outcome worth nothing: what was seldom tried is never quite safe."""
 FAR = 0.95
 """discount of novelty that lies ahead."""
 _NOVELTY_SWEEPS = 100
@@ -113,7 +111,7 @@ class Tally:
         observation, action, following, letter_class, terminated = np.unravel_index(self._key, self.shape)
         pair = action * self.shape[0] + observation
         tries = _sums(pair, self._count, self.shape[0] * self.shape[1])
-        weight = self._count / (tries[pair] + UNSEEN)
+        weight = self._count / tries[pair]
         return Outcomes(tries, pair, following, letter_class, terminated == 1, weight, self._paid / self._count)
 
     def _merge(self) -> None:
