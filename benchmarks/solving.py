@@ -1,16 +1,21 @@
 """Exact solving at scale: the maximum satisfaction probability on large grids, beside Storm's sparse engine.
 
-    python benchmarks/solving.py [--cells 100 300] [--formula NAME] [--no-storm] [--repeat 1] [--json FILE]
+    python benchmarks/solving.py [--cells 100 300] [--formulas phi4 until] [--no-storm] [--storm-limit 300]
+                                 [--repeat 1] [--json FILE]
 
 The world is the 10x10 map of Q. Gao's thesis (Duke University, 2018, https://hdl.handle.net/10161/17056) with every
 coordinate multiplied, one cell a label, five moves, 0.6 for the one chosen. Each solver runs in a process of its own;
-its time goes from the labelled MDP (Storm: from the loaded sparse model) to the answer, automaton included. Storm is
-left out where stormpy is not installed.
+its time goes from the labelled MDP (Storm: from the loaded sparse model) to the answer, automaton included. Storm runs
+as stormpy configures it: sound methods, precision 1e-6. It is left out where stormpy is not installed, and stopped
+after `--storm-limit` seconds, loading included; a ratio against a limit is an upper one.
+
+The width is the distance between the two proved bounds on the probability from the initial state.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import resource
 import subprocess
@@ -59,9 +64,17 @@ def ours(side: int, formula: str) -> dict[str, float]:
 
     mdp = world(side)
     before = time.perf_counter()
-    answer = max_satisfaction_probability(Product(mdp, compile(FORMULAS[formula][0])))
+    product = Product(mdp, compile(FORMULAS[formula][0]))
+    answer = max_satisfaction_probability(product)
     seconds = time.perf_counter() - before
-    return {"seconds": seconds, "value": answer.probability, "lower": answer.lower, "upper": answer.upper}
+    return {
+        "seconds": seconds,
+        "states": product.n_states,
+        "value": answer.probability,
+        "lower": answer.lower,
+        "upper": answer.upper,
+        "widest": float((answer.state_upper - answer.state_lower).max()),
+    }
 
 
 def storms(files: str, formula: str) -> dict[str, float]:
@@ -78,13 +91,18 @@ def storms(files: str, formula: str) -> dict[str, float]:
     return {"seconds": seconds, "value": value}
 
 
-def in_a_process(*arguments: str) -> dict[str, float]:
-    """The answer of a fresh process, with its peak memory in MiB."""
-    child = subprocess.run([sys.executable, __file__, *arguments], stdout=subprocess.PIPE, text=True, check=True)
+def in_a_process(*arguments: str, limit: float | None = None) -> dict[str, float]:
+    """The answer of a fresh process, with its peak memory in MiB; only `limit` seconds where it takes longer."""
+    command = [sys.executable, __file__, *arguments]
+    try:
+        child = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, timeout=limit)
+    except subprocess.TimeoutExpired:
+        assert limit is not None
+        return {"limit": limit}
     return dict(json.loads(child.stdout.splitlines()[-1]))
 
 
-def compare(side: int, formula: str, *, storm: bool, repeat: int) -> dict[str, object]:
+def compare(side: int, formula: str, *, storm: bool, storm_limit: float, repeat: int) -> dict[str, object]:
     from ltlc.mdp import write_explicit
 
     runs = {"ltlc": [in_a_process("--worker", "ltlc", str(side), formula) for _ in range(repeat)]}
@@ -92,9 +110,24 @@ def compare(side: int, formula: str, *, storm: bool, repeat: int) -> dict[str, o
         with tempfile.TemporaryDirectory() as folder:
             files = str(Path(folder) / "model")
             write_explicit(world(side), files, style="storm")
-            runs["storm"] = [in_a_process("--worker", "storm", files, formula) for _ in range(repeat)]
-    best = {name: min(found, key=lambda run: run["seconds"]) for name, found in runs.items()}
+            runs["storm"] = [
+                in_a_process("--worker", "storm", files, formula, limit=storm_limit) for _ in range(repeat)
+            ]
+    best = {name: min(found, key=lambda run: run.get("seconds", float("inf"))) for name, found in runs.items()}
     return {"side": side, "formula": formula, **best}
+
+
+def line(side: int, run: dict[str, float], storm: dict[str, float] | None) -> str:
+    """A row of the table."""
+    width = run["upper"] - run["lower"]
+    text = f"{side:>5}x{side:<5} {run['states']:9} {run['seconds']:8.2f} {run['peak_mib']:6.0f} {width:8.1e}"
+    text += f"  {run['value']:<12.9g}"
+    if storm is None:
+        return text
+    if "limit" in storm:
+        return text + f" > {storm['limit']:6.0f} {'':6} {run['seconds'] / storm['limit']:6.2f}"
+    ratio = run["seconds"] / storm["seconds"]
+    return text + f" {storm['seconds']:8.2f} {storm['peak_mib']:6.0f} {ratio:6.2f}  {storm['value']:.9g}"
 
 
 def main() -> None:
@@ -106,29 +139,22 @@ def main() -> None:
         return
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=int, nargs="*", default=[100, 300], help="sides of the grids, multiples of 10")
-    parser.add_argument("--formula", choices=FORMULAS, default="phi4")
+    parser.add_argument("--formulas", choices=FORMULAS, nargs="*", default=["phi4", "until"])
     parser.add_argument("--no-storm", action="store_true")
+    parser.add_argument("--storm-limit", type=float, default=300, metavar="SECONDS")
     parser.add_argument("--repeat", type=int, default=1, help="runs of each solver; the fastest counts")
     parser.add_argument("--json", metavar="FILE")
     arguments = parser.parse_args()
-    storm = not arguments.no_storm
-    if storm:
-        try:
-            import stormpy  # noqa: F401
-        except ImportError:
-            storm = False
+    storm = not arguments.no_storm and importlib.util.find_spec("stormpy") is not None
     rows = []
-    print(f"{FORMULAS[arguments.formula][0]}")
-    print(f"{'grid':>11} {'solver':>7} {'seconds':>9} {'peak MiB':>9}  Pmax")
-    for side in arguments.cells:
-        row = compare(side, arguments.formula, storm=storm, repeat=arguments.repeat)
-        rows.append(row)
-        found = {name: row[name] for name in ("ltlc", "storm") if name in row}
-        for name, run in found.items():
-            assert isinstance(run, dict)
-            print(f"{side:>5}x{side:<5} {name:>7} {run['seconds']:9.2f} {run['peak_mib']:9.0f}  {run['value']:.9g}")
-        if len(found) == 2:
-            print(f"{'':11} {'ratio':>7} {row['ltlc']['seconds'] / row['storm']['seconds']:9.2f}")  # type: ignore[index]
+    for formula in arguments.formulas:
+        print(FORMULAS[formula][0])
+        print(f"{'grid':>11} {'states':>9} {'seconds':>8} {'MiB':>6} {'width':>8}  {'Pmax':<12}", end="")
+        print(f" {'Storm s':>8} {'MiB':>6} {'ratio':>6}  its Pmax" if storm else "")
+        for side in arguments.cells:
+            row = compare(side, formula, storm=storm, storm_limit=arguments.storm_limit, repeat=arguments.repeat)
+            rows.append(row)
+            print(line(side, row["ltlc"], row.get("storm")), flush=True)  # type: ignore[arg-type]
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=2), encoding="utf-8")
 

@@ -8,8 +8,9 @@ A formula file is either a table with tabs and a header row, whose first column 
 sizes (`spot_transition`, `spot_state`, `owl_rabin`, `proven_rabin1`; empty: unknown), or a list of formulas, one a
 line. Lines that start with # are comments. States are counted without the rejecting sink, as Spot and such tables do.
 
-A formula is marked with * where the smallest automaton found here is larger than the smallest known one. Times are of
-one warm call in this process; ratios are formula by formula, over the formulas that both translate.
+A formula is marked with * where the smallest automaton found here is larger than the smallest known one. Times are
+processor times of one call in a warm process; ratios are formula by formula, over the formulas that both translate. A
+construction is "alone smallest" where it gives fewer states than each other one.
 """
 
 from __future__ import annotations
@@ -21,16 +22,20 @@ import statistics
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_args
 
 from rich.console import Console
 from rich.progress import track
 
+from ltlc.automata import RabinAutomaton
 from ltlc.errors import InvalidArgumentError, LimitExceeded
 from ltlc.ltl import Formula, parse, read_formulas, to_text
-from ltlc.translate import TRANSLATORS, translate
+from ltlc.translate import TRANSLATORS, Effort, translate
+
+T = TypeVar("T")
 
 FAMILIES = sorted((Path(__file__).parents[1] / "tests" / "formulas").glob("*.ltl"))
 KNOWN = {"transition": ("spot_transition", "owl_rabin"), "state": ("spot_state",)}
@@ -61,6 +66,12 @@ class Row:
         found = [m.states for name, m in self.measured.items() if name != "spot" and m.states is not None]
         return bool(known) and min(found, default=max(known) + 1) > min(known)
 
+    def alone_smallest(self) -> str | None:
+        """The construction that gives fewer states than each other one, or None."""
+        found = {n: m.states for n, m in self.measured.items() if n not in ("auto", "spot") and m.states is not None}
+        best = [name for name, states in found.items() if states == min(found.values())]
+        return best[0] if len(best) == 1 else None
+
 
 def read_rows(path: Path) -> list[Row]:
     text = path.read_text(encoding="utf-8")
@@ -74,46 +85,43 @@ def read_rows(path: Path) -> list[Row]:
     ]
 
 
-def ltlc_states(formula: Formula, translator: str, options: argparse.Namespace) -> int:
-    automaton = translate(
+def by_ltlc(formula: Formula, translator: str, options: argparse.Namespace) -> RabinAutomaton:
+    return translate(
         formula,
         translator=translator,
         acceptance=options.acceptance,
+        effort=options.effort,
         max_states=options.max_states,
         timeout=options.timeout,
     )
-    return automaton.n_states - len(automaton.deadlocks)
 
 
-def spot_states(formula: Any, options: argparse.Namespace) -> int:
+def by_spot(formula: Any, options: argparse.Namespace) -> Any:
     import spot
 
-    wishes = ["det", "parity", *(["sbacc"] if options.acceptance == "state" else [])]
-    states: int = spot.translate(formula, *wishes).num_states()
-    return states
+    return spot.translate(formula, "det", "parity", *(["sbacc"] if options.acceptance == "state" else []))
 
 
-def timed(count_states: Callable[[], int]) -> Measured:
-    start = time.perf_counter()
-    states, note = None, ""
+def timed(build: Callable[[], T], count_states: Callable[[T], int]) -> Measured:
+    start = time.process_time()
     try:
-        states = count_states()
-    except LimitExceeded as error:
-        note = type(error).__name__
-    except InvalidArgumentError:
-        note = "not applicable"
-    return Measured(time.perf_counter() - start, states, note)
+        automaton = build()
+    except (LimitExceeded, InvalidArgumentError) as error:
+        note = "not applicable" if isinstance(error, InvalidArgumentError) else type(error).__name__
+        return Measured(time.process_time() - start, note=note)
+    return Measured(time.process_time() - start, count_states(automaton))
 
 
 def measure(row: Row, translators: Iterable[str], options: argparse.Namespace) -> None:
     formula = parse(row.formula)
     for name in translators:
-        row.measured[name] = timed(lambda name=name: ltlc_states(formula, name, options))
+        build = partial(by_ltlc, formula, name, options)
+        row.measured[name] = timed(build, lambda automaton: automaton.n_states - len(automaton.deadlocks))
     if options.spot:
         import spot
 
         other = spot.formula(to_text(formula, "spot"))
-        row.measured["spot"] = timed(lambda: spot_states(other, options))
+        row.measured["spot"] = timed(partial(by_spot, other, options), lambda automaton: int(automaton.num_states()))
 
 
 def report(rows: Sequence[Row], options: argparse.Namespace) -> None:
@@ -126,12 +134,13 @@ def report(rows: Sequence[Row], options: argparse.Namespace) -> None:
         known = ",".join(str(row.known.get(column, "")) for column in columns)
         print(" *" if row.is_above(columns) else "  ", " ".join(cells), f"{known:>6}  {row.formula}")
 
-    print(f"\n{'':18}{'formulas':>9}{'states':>8}{'seconds':>9}  of the time of Spot: median, total")
+    print(f"\n{'':18}{'formulas':>9}{'states':>8}{'seconds':>9}{'alone smallest':>16}  of Spot's time: median, total")
     for name in names:
         done = [row for row in rows if row.measured[name].states is not None]
         states = sum(row.measured[name].states or 0 for row in done)
         seconds = sum(row.measured[name].seconds for row in rows)
-        print(f"{name:18}{len(done):9}{states:8}{seconds:9.2f}  {ratios(done, name)}")
+        alone = sum(row.alone_smallest() == name for row in rows)
+        print(f"{name:18}{len(done):9}{states:8}{seconds:9.2f}{alone:16}  {ratios(done, name)}")
     for column in dict.fromkeys(name for row in rows for name in row.known):
         sizes = [row.known[column] for row in rows if column in row.known]
         print(f"{column:18}{len(sizes):9}{sum(sizes):8}")
@@ -156,7 +165,8 @@ def main() -> None:
         "--translator", action="append", choices=("auto", *TRANSLATORS), help="repeatable; default: all"
     )
     parser.add_argument("--acceptance", choices=("transition", "state"), default="transition")
-    parser.add_argument("--timeout", type=float, default=60, help="seconds for each translation")
+    parser.add_argument("--effort", choices=get_args(Effort), default="default")
+    parser.add_argument("--timeout", type=float, default=10, help="seconds for each translation")
     parser.add_argument("--max-states", type=int, default=100_000)
     parser.add_argument("--no-spot", dest="spot", action="store_false", help="leave out Spot although it is installed")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the measurements too")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from ltlc.automata import Alphabet, guard_text
 from ltlc.automata.alphabet import (
     BoolArray,
     Guard,
+    grouped,
     irredundant_cover,
     letter_classes,
     project,
@@ -84,7 +87,7 @@ def test_guards_over_twenty_propositions() -> None:
     every = np.ones(2**20, dtype=bool)
     for i in range(20):
         every &= proposition(i, 20)
-    classes, first = letter_classes([every], 20)
+    classes, first = letter_classes([every], 2**20)
     assert first.tolist() == [0, 2**20 - 1]
     alphabet = Alphabet(names, classes)
     assert guard_text(alphabet, [1]) == " & ".join(names)
@@ -98,12 +101,12 @@ def test_letter_classes_are_the_coarsest_and_numbered_by_first_letter() -> None:
     rng = np.random.default_rng(2)
     for n_aps in range(5):
         columns = [rng.integers(0, 3, 2**n_aps) for _ in range(2)]
-        classes, first = letter_classes(columns, n_aps)
+        classes, first = letter_classes(columns, 2**n_aps)
         keys = list(zip(*(column.tolist() for column in columns), strict=True))
         order = list(dict.fromkeys(keys))
         assert classes.tolist() == [order.index(key) for key in keys]
         assert first.tolist() == [keys.index(key) for key in order]
-    assert letter_classes([], 2)[0].tolist() == [0, 0, 0, 0]
+    assert letter_classes([], 4)[0].tolist() == [0, 0, 0, 0]
 
 
 def test_support_and_projection() -> None:
@@ -111,3 +114,14 @@ def test_support_and_projection() -> None:
     assert support(column) == (0, 2)
     assert project(column, (0, 2)).tolist() == [False, True, True, True]
     assert truth_table(column) == 0b11111010
+
+
+@pytest.mark.parametrize("size", [1, 7, 256, 257, 1000])  # lists up to 256, arrays above
+def test_grouped_positions_are_those_that_no_table_tells_apart(size: int) -> None:
+    rng = random.Random(size)
+    tables = [rng.getrandbits(size) & rng.getrandbits(size) & rng.getrandbits(size) for _ in range(3)]
+    group, sets = grouped(tables, size)
+    keys = [tuple(table >> k & 1 for table in tables) for k in range(size)]
+    first = [keys.index(key) for key in dict.fromkeys(keys)]
+    assert group.tolist() == [list(dict.fromkeys(keys)).index(key) for key in keys]
+    assert sets == [sum(1 << g for g, k in enumerate(first) if table >> k & 1) for table in tables]

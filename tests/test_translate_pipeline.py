@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, merge_by_trial
 from ltlc.automata.rabin import Acceptance
 from ltlc.errors import (
     AlphabetLimitExceeded,
@@ -244,3 +244,17 @@ def test_registry() -> None:
         assert construction.citation
     with pytest.raises(TypeError):
         TRANSLATORS["new"] = next(iter(TRANSLATORS.values()))  # type: ignore[index]
+
+
+def test_merging_by_trial_can_be_stopped() -> None:
+    calls: list[int] = []
+
+    def check() -> None:
+        calls.append(len(calls))
+        if len(calls) == 3:
+            raise TimeoutError
+
+    automaton = translate(parse("G F(a & X b) & G F(c & X d)"), acceptance="transition", effort="fast")
+    with pytest.raises(TimeoutError):
+        merge_by_trial(automaton, check=check)
+    assert merge_by_trial(automaton).n_states < automaton.n_states

@@ -19,6 +19,9 @@ from ltlc.ltl.formula import Proposition
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
+_FEW_POSITIONS = 256
+"""up to which plain integers and lists are faster than arrays."""
+
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
@@ -126,17 +129,38 @@ def truth_column(table: int, size: int) -> BoolArray:
     return np.unpackbits(octets, count=size, bitorder="little").astype(np.bool_)
 
 
-def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_aps: int) -> tuple[IntArray, IntArray]:
+def grouped(tables: Sequence[int], size: int) -> tuple[IntArray, list[int]]:
+    """Group the positions at which the same truth tables hold; groups are numbered by their first positions.
+
+    Args:
+        tables: truth tables (bit k = value at position k), at least one.
+        size: number of positions.
+
+    Returns:
+        The group of each position, shape (size,), int32; and each table over groups instead of positions.
+    """
+    if size > _FEW_POSITIONS:
+        columns = [truth_column(table, size) for table in tables]
+        group, first = letter_classes(columns, size)
+        return group, [truth_table(column[first]) for column in columns]
+    digits = [f"{table:0{size}b}"[::-1] for table in tables]
+    number: dict[tuple[str, ...], int] = {}
+    groups = [number.setdefault(values, len(number)) for values in zip(*digits, strict=True)]
+    by_group = zip(*number, strict=True)  # the digits of each table again, one per group
+    return np.array(groups, dtype=np.int32), [int("".join(column)[::-1], 2) for column in by_group]
+
+
+def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_letters: int) -> tuple[IntArray, IntArray]:
     """The coarsest letter classes on which every column is constant, numbered by their first letter.
 
     Args:
-        columns: arrays of shape (2**n_aps,), of bool or of any integers.
-        n_aps: number of propositions.
+        columns: arrays of shape (n_letters,), of bool or of any integers.
+        n_letters: number of letters.
 
     Returns:
-        `letter_class`, shape (2**n_aps,), and the first letter of each class, shape (n_classes,); both int32.
+        `letter_class`, shape (n_letters,), and the first letter of each class, shape (n_classes,); both int32.
     """
-    key = np.zeros(1 << n_aps, dtype=np.int32)
+    key = np.zeros(n_letters, dtype=np.int32)
     for column in columns:
         code = _dense(np.asarray(column))
         key = _dense(key.astype(np.int64) * (int(code.max()) + 1) + code)

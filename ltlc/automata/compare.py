@@ -147,7 +147,7 @@ def _joint_letters(a: Alphabet, b: Alphabet) -> tuple[tuple[str, ...], IntArray,
     if len(aps) > MAX_APS:
         raise AlphabetLimitExceeded(f"the automata depend on {len(aps)} propositions together; at most {MAX_APS} fit")
     column_a, column_b = _column(a, aps), _column(b, aps)
-    _, letters = letter_classes([column_a, column_b], len(aps))
+    _, letters = letter_classes([column_a, column_b], 1 << len(aps))
     return aps, letters, column_a[letters], column_b[letters]
 
 

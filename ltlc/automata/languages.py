@@ -100,7 +100,7 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
 def _evidently_different(a: HasTable) -> bool:
     """Whether words that repeat one letter class in the end tell all states apart; with lists, for small automata."""
     block = [0] * a.n_states
-    for c in range(a.n_classes):
+    for c in range(a.n_classes if a.n_states > 1 else 0):
         verdicts = _repeated(c, a)
         numbers: dict[tuple[int, bool], int] = {}
         block = [numbers.setdefault(key, len(numbers)) for key in zip(block, verdicts, strict=True)]

@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, Some, accepting_parts, streett
+from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, Some, accepting_parts
 from ltlc.automata.rabin import RabinAutomaton
 
 EdgePair = tuple[set[Edge], set[Edge]]
@@ -127,21 +127,27 @@ class Component:
 
     def accepted(self, pairs: Sequence[int], edges: set[Edge]) -> set[Edge]:
         """The edges on a cycle, among these, that some of the pairs accepts."""
-        if self.n_pairs == 1:
-            parts = strong_parts(edge for edge in edges if not edge[2] & 1)
-            return self.covered(part for part, seen in parts if seen & 2)
-        return self.on_cycles(Some(tuple(All((Fin(2 * i), Inf(2 * i + 1))) for i in pairs)), edges)
+        found: list[list[Edge]] = []
+        for i in pairs:
+            fin, inf = 1 << 2 * i, 2 << 2 * i
+            parts = strong_parts(edge for edge in edges if not edge[2] & fin)
+            found += [part for part, seen in parts if seen & inf]
+        return self.covered(found)
 
     def rejected(self, edges: set[Edge]) -> set[Edge]:
-        """The edges on a cycle, among these, that no pair accepts."""
-        if self.n_pairs == 1:
-            parts = []
-            for part, seen in strong_parts(edges):
-                parts += [(part, seen)] if seen & 1 else strong_parts(edge for edge in part if not edge[2] & 2)
-            return self.covered(part for part, _ in parts)
-        return self.on_cycles(streett(self.n_pairs), edges)
+        """The edges on a cycle, among these, that no pair accepts: a Streett condition (Emerson and Lei 1987)."""
+        found: list[list[Edge]] = []
+        todo = strong_parts(edges)
+        while todo:
+            part, seen = todo.pop()
+            accepting = sum(2 << 2 * i for i in range(self.n_pairs) if seen >> 2 * i & 3 == 2)
+            if accepting:
+                todo += strong_parts(edge for edge in part if not edge[2] & accepting)
+            else:
+                found.append(part)
+        return self.covered(found)
 
-    def covered(self, parts: Iterable[list[Edge]]) -> set[Edge]:
+    def covered(self, parts: Sequence[Sequence[Edge]]) -> set[Edge]:
         """The edges of these strongly connected parts; with marks on states, all edges into their states."""
         found = {edge for part in parts for edge in part}
         if self.on_states:

@@ -7,7 +7,6 @@ share a *letter class*, and the tables are indexed by class: `delta[state, lette
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple, Self
@@ -77,8 +76,8 @@ class RabinAutomaton:
         _freeze(self, "delta", np.int32, (None, None))
         _freeze(self, "letter_class", np.int32, (2**n_aps,))
         n_states, n_classes = self.delta.shape
-        marks: tuple[int | None, ...] = (None, n_states) if self.acceptance == "state" else (None, n_states, n_classes)
         _check(self.acceptance in ("state", "transition"), f"acceptance is {self.acceptance!r}")
+        marks = (None, n_states) if self.acceptance == "state" else (None, n_states, n_classes)
         _freeze(self, "fin", np.bool_, marks)
         _freeze(self, "inf", np.bool_, marks)
         _check(self.fin.shape == self.inf.shape, "fin and inf have different shapes")
@@ -92,9 +91,8 @@ class RabinAutomaton:
 
     def described(self, formula: str | None, translator: str | None) -> Self:
         """The same automaton, said to come from this formula and construction; what was computed for it is kept."""
-        twin = copy(self)
-        object.__setattr__(twin, "formula", formula)
-        object.__setattr__(twin, "translator", translator)
+        twin = object.__new__(type(self))
+        vars(twin).update(vars(self), formula=formula, translator=translator)
         return twin
 
     def keeping_languages(self, other: RabinAutomaton, states: Sequence[int] | slice = slice(None)) -> Self:
@@ -267,7 +265,8 @@ def _check(condition: bool, message: str) -> None:
 
 def _freeze(automaton: RabinAutomaton, field: str, dtype: type[np.generic], shape: tuple[int | None, ...]) -> None:
     array = np.array(getattr(automaton, field), dtype=dtype)
-    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
-    _check(fits, f"{field} has shape {array.shape}, expected {shape} (None: any size)")
+    known = len(shape) - shape.count(None)  # the sizes that are known come last
+    if array.ndim != len(shape) or array.shape[array.ndim - known :] != shape[len(shape) - known :]:
+        raise InvalidAutomatonError(f"{field} has shape {array.shape}, expected {shape} (None: any size)")
     array.flags.writeable = False
-    object.__setattr__(automaton, field, array)
+    vars(automaton)[field] = array

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -13,20 +13,21 @@ from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.retarget import EFFORT, merge_by_trial
+from ltlc.automata.retarget import EFFORT, merge_by_trial, no_limit
 
 
-def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
+def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT, check: Callable[[], None] = no_limit) -> RabinAutomaton:
     """`settled`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
+        check: see `merge_by_trial`.
     """
     result = settled(automaton)
     if effort <= 0 or is_smallest(result):
         return result
-    smaller = merge_by_trial(result, effort)
+    smaller = merge_by_trial(result, effort, check)
     return result if smaller.n_states == result.n_states else settled(smaller)
 
 
@@ -35,8 +36,9 @@ def settled(automaton: RabinAutomaton) -> RabinAutomaton:
 
     One deadlock and one accepting sink remain at most.
     """
-    result = merge_equivalent(merge_bisimilar(canonical(automaton)))
-    result = simplify_marks(canonical(merge_bisimilar(result)))
+    result = canonical(automaton)
+    merged = merge_bisimilar(merge_equivalent(merge_bisimilar(result)))
+    result = simplify_marks(result if merged is result else canonical(merged))
     while True:
         merged = merge_bisimilar(result)
         if merged is result:

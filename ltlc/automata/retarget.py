@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -21,7 +21,13 @@ _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 
 
-def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAutomaton:
+def no_limit() -> None:
+    """The check that never fails."""
+
+
+def merge_by_trial(
+    automaton: RabinAutomaton, effort: int = EFFORT, check: Callable[[], None] = no_limit
+) -> RabinAutomaton:
     """Replace states by others with the same language, as long as the automaton keeps its language.
 
     Unlike `merge_equivalent` this merges inside a strong component, where equal languages are not enough: a run could
@@ -31,6 +37,7 @@ def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAuto
     Args:
         automaton: any Rabin automaton.
         effort: number of product edges after which no more is tried; 0 tries nothing.
+        check: called before each attempt; what it raises ends the search.
     """
     current = canonical(automaton)
     if effort <= 0:
@@ -46,6 +53,7 @@ def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAuto
                 return current
             if _refuted(current, old, new, words):
                 continue
+            check()
             effort -= current.n_states * current.n_classes
             attempt = _redirected(current, old, new)
             found = distinguishing_letters(attempt, current)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import permutations
 
@@ -14,8 +14,8 @@ from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_on
 from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.reduce import reduce
-from ltlc.automata.retarget import EFFORT
+from ltlc.automata.reduce import reduce, settled
+from ltlc.automata.retarget import EFFORT, no_limit
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
@@ -28,7 +28,9 @@ def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
     return replace(automaton, fin=automaton.edge_fin, inf=automaton.edge_inf, acceptance="transition")
 
 
-def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
+def to_state_based(
+    automaton: RabinAutomaton, *, effort: int = EFFORT, check: Callable[[], None] = no_limit
+) -> RabinAutomaton:
     """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
     A state is split by the marks of the transitions that enter it from its own strong component; other transitions
@@ -40,18 +42,20 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinA
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`.
+        check: called between the steps, and as by `merge_by_trial`.
     """
     if automaton.acceptance == "state":
-        return reduce(automaton, effort=effort)
+        return reduce(automaton, effort=effort, check=check)
     simple = simplify_marks(canonical(automaton))
     marks: dict[Edge, int] = {}
     for component in components(simple):
         marks.update(_even_marks(component))
-    best = reduce(_split(simple, marks), effort=effort)
+    check()
+    best = settled(_split(simple, marks))
+    check()
     if not is_smallest(best):
-        alternative = reduce(_split(simple, marks, once=True), effort=effort)
-        best = min(best, alternative, key=lambda a: a.n_states)
-    return best
+        best = min(best, settled(_split(simple, marks, once=True)), key=lambda a: a.n_states)
+    return reduce(best, effort=effort, check=check)
 
 
 def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:

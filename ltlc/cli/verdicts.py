@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -59,5 +60,16 @@ def maximum_text(judge: Judge) -> str:
     value = maximum.probability
     if value == 0:
         return "The largest probability of satisfying the formula here is 0."
-    bounds = "" if maximum.lower == maximum.upper else f", between {maximum.lower:.9g} and {maximum.upper:.9g}"
+    bounds = "" if maximum.lower == maximum.upper else f", {between(maximum.lower, maximum.upper)}"
     return f"The largest probability of satisfying the formula here is {value:.6g}{bounds}."
+
+
+def between(lower: float, upper: float) -> str:
+    """Two bounds, rounded outwards, with as many digits as it takes to see what is known, nine at least."""
+    gap = -math.floor(math.log10(upper - lower)) + 1
+    digits = min(max(9, gap), 17)
+    down, up = (
+        float(decimal.Context(prec=digits, rounding=rounding).create_decimal(bound))
+        for bound, rounding in ((lower, decimal.ROUND_FLOOR), (upper, decimal.ROUND_CEILING))
+    )
+    return f"between {down:.{digits}g} and {up:.{digits}g}"

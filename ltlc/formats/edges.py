@@ -149,7 +149,7 @@ def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence
         AlphabetLimitExceeded: the table would not fit into memory.
     """
     distinct = list(dict.fromkeys(guards))
-    letter_class, smallest = letter_classes(_columns(distinct, n_aps), n_aps)
+    letter_class, smallest = letter_classes(_columns(distinct, n_aps), 1 << n_aps)
     if smallest.size * n_states > MAX_TABLE:
         raise AlphabetLimitExceeded(
             f"{n_states} states times {smallest.size} letter classes: the transition table would have more than "

@@ -69,18 +69,6 @@ class MarkovChain:
             seen[frontier] = True
         return seen
 
-    def absorption(self, target: BoolArray) -> FloatArray:
-        """The probability of ever entering `target`, a union of bottom components; exact 0 and 1 where it is so."""
-        others = (self.bottom_component >= 0) & ~target
-        can_win, can_lose = self.reaches(target), self.reaches(others | (self.leak > 0))
-        value = np.where(can_win & ~can_lose, 1.0, 0.0)
-        open_states = np.flatnonzero(can_win & can_lose)
-        if open_states.size:
-            part = self.matrix[open_states]
-            gain = np.asarray(part @ value)
-            value[open_states] = np.clip(solve(part[:, open_states], gain), 0.0, 1.0)
-        return value
-
     def total(self, reward: FloatArray) -> FloatArray:
         """Expected sum of a reward (n_states,) until the process is left.
 

@@ -8,16 +8,14 @@ from typing import Literal
 import numpy as np
 
 from ltlc.errors import InvalidArgumentError, LimitExceeded
-from ltlc.mdp.chain import MarkovChain
+from ltlc.mdp.certified import best_policy
 from ltlc.mdp.end_components import maximal_end_components
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
-from ltlc.mdp.policy_iteration import improve
+from ltlc.mdp.induction import Race
 from ltlc.mdp.quotient import collapse
-from ltlc.mdp.reachability import almost_sure_region, approach, attractor
+from ltlc.mdp.reachability import almost_sure_region, approach
 
 Method = Literal["auto", "policy", "interval"]
-LINEAR_SOLVE_LIMIT = 10_000
-"""`auto` and `policy` evaluate policies by sparse LU up to this many states in question, and by sweeps beyond."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +44,13 @@ def max_reachability(
 
     1. Where the graph alone decides, the answer is exactly 0 or 1.
     2. In what is left, end components are collapsed, which makes the solution of the Bellman equation unique.
-    3. `method="policy"`: policy iteration, whose result is turned into two bounds that the Bellman operator moves
-       inwards everywhere, by more than rounding can explain, which proves them. Policies are evaluated by sparse LU,
-       or by sweeps (modified policy iteration) where the problem is too large for that. `method="interval"`: iteration
-       from below and from above until the two meet within `precision`. "auto" does the first, and some rounds of the
-       second if the bounds are further apart than `precision`.
+    3. `method="policy"`: policy iteration, whose result is turned into two bounds that a Bellman step provably moves
+       inwards. `method="interval"`: iteration from below and from above until the two meet within `precision`. "auto"
+       does the first, and some rounds of the second if the bounds are further apart than `precision`.
 
-    Bounds are sound in each case. They can be wide with "policy" and "auto", where the MDP has policies that dawdle
-    almost for ever; the value is then still that of policy iteration.
+    Bounds are sound in each case, rounding included (see `ltlc.mdp.induction`): they hold for every MDP that the
+    floating-point one may stand for. With "policy" and "auto" they can be wide where a best policy takes some 1e8 steps
+    or more to get anywhere; the value is then still that of policy iteration.
 
     Raises:
         InvalidArgumentError: an unknown method, or a precision that is not positive.
@@ -64,8 +61,6 @@ def max_reachability(
         DOI 10.1016/j.tcs.2016.12.003. C. Baier, J. Klein, L. Leuschner, D. Parker, S. Wunderlich, Ensuring the
         reliability of your model checker, CAV 2017, DOI 10.1007/978-3-319-63387-9_8. A. Hartmanns, B. Kaminski,
         Optimistic value iteration, CAV 2020, DOI 10.1007/978-3-030-53291-8_26 (bounds proved by being inductive).
-        M. L. Puterman, M. C. Shin, Modified policy iteration algorithms for discounted Markov decision problems,
-        Management Science 24(11), 1978, DOI 10.1287/mnsc.24.11.1127 (sweeps).
     """
     if method not in ("auto", "policy", "interval"):
         raise InvalidArgumentError(f'method is {method!r}, expected "auto", "policy" or "interval"')
@@ -81,7 +76,9 @@ def max_reachability(
         components = maximal_end_components(mdp, within)
         quotient = collapse(mdp, components, open_states)
         gain = mdp.expect(sure.astype(np.float64))[quotient.original]
-        bounds = _solve(quotient.mdp, gain, method, precision, max_iterations)
+        lose = (mdp.leak + mdp.expect((~possible).astype(np.float64)))[quotient.original]
+        race = Race(quotient.mdp, gain, lose).without_loops()
+        bounds = _solve(race, method, precision, max_iterations)
         block = quotient.block[open_states]
         lower[open_states], upper[open_states], value[open_states] = (b[block] for b in bounds[:3])
         choice = np.where(open_states, quotient.expand(bounds[3], mdp, components), choice)
@@ -89,129 +86,49 @@ def max_reachability(
 
 
 def _solve(
-    mdp: ExplicitMDP, gain: FloatArray, method: Method, precision: float, max_iterations: int
+    race: Race, method: Method, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Lower bound, upper bound, estimate and choices for v = max over choices of gain + matrix v."""
-    lower, upper = np.zeros(mdp.n_states), np.ones(mdp.n_states)
+    """Lower bound, upper bound, estimate and choices."""
+    n = race.mdp.n_states
     if method != "interval":
-        solve = _by_policy_iteration if mdp.n_states <= LINEAR_SOLVE_LIMIT else _by_sweeps
-        value, chosen, lower, upper = solve(mdp, gain)
+        best = best_policy(race)
+        lower, upper = best.lower, best.upper
         if method == "auto" and (upper - lower).max() > precision:
-            rounds = min(max_iterations, _CLOSING_ROUNDS)
-            lower, upper = interval_iteration(mdp, gain, lower, upper, precision, rounds)
-        return lower, upper, np.clip(value, lower, upper), chosen
-    lower, upper = interval_iteration(mdp, gain, lower, upper, precision, max_iterations)
+            lower, upper = interval_iteration(race, lower, upper, precision, min(max_iterations, _CLOSING_ROUNDS))
+        return lower, upper, np.clip(best.value, lower, upper), best.chosen
+    lower, upper = interval_iteration(race, np.zeros(n), np.ones(n), precision, max_iterations)
     gap = (upper - lower).max()
     if gap > precision:
         raise LimitExceeded(
             f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, "
             'ask for less precision, or use method="policy"'
         )
-    return lower, upper, (lower + upper) / 2, mdp.greedy(gain + mdp.matrix @ lower)
+    return lower, upper, (lower + upper) / 2, race.mdp.greedy(race.gain + race.mdp.matrix @ lower)
 
 
 def interval_iteration(
-    mdp: ExplicitMDP, gain: FloatArray, lower: FloatArray, upper: FloatArray, precision: float, max_iterations: int
+    race: Race, lower: FloatArray, upper: FloatArray, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Moves bounds on the solution of v = max over choices of gain + matrix v, until at most `precision` apart.
+    """Moves bounds on the probability of winning a race, until at most `precision` apart.
 
-    The MDP must have no end component, so that the solution is unique. Gives up after `max_iterations`.
+    Each step is rounded outwards. Gives up after `max_iterations`, or when rounding allows no more progress.
     """
+    mdp, gain = race.mdp, race.gain
     bounds = np.stack((lower, upper), axis=1)
     for _ in range(max_iterations):
         step = np.maximum.reduceat(gain[:, None] + mdp.matrix @ bounds, mdp.choice_start[:-1], axis=0)
-        bounds[:, 0] = np.maximum(bounds[:, 0], step[:, 0])
-        bounds[:, 1] = np.minimum(bounds[:, 1], step[:, 1])
-        if (bounds[:, 1] - bounds[:, 0]).max() <= precision:
+        better = np.stack(
+            (
+                np.maximum(bounds[:, 0], step[:, 0] - race.slack),
+                np.minimum(bounds[:, 1], step[:, 1] + race.slack),
+            ),
+            axis=1,
+        )
+        stuck = np.array_equal(better, bounds)
+        bounds = better
+        if stuck or (bounds[:, 1] - bounds[:, 0]).max() <= precision:
             break
     return bounds[:, 0], bounds[:, 1]
 
 
-def _by_policy_iteration(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
-    """Values, choices, and bounds around the values that one Bellman step provably moves inwards.
-
-    The solution for a gain that is smaller by c in every choice rises by c in a Bellman step of the true gain, so it is
-    a lower bound; likewise from above. The step is checked with half of c to spare, far more than it can round by. The
-    smaller gain also keeps the policy from dawdling for ever for the sake of rounding errors. Where no bound is proved,
-    it is 0 or 1: so it is where some policies take some 1e10 steps to get anywhere.
-    """
-    start, _ = _swept(mdp, gain - 4 * _ROUGH, _first_policy(mdp, gain), _ROUGH)
-    lower, chosen, _ = improve(mdp, gain - _MARGIN, start)
-    value = MarkovChain.under(mdp, mdp.choice_matrix(chosen)).total(gain[chosen])
-    upper: FloatArray = np.ones(mdp.n_states)
-    try:
-        candidate, _, _ = improve(mdp, gain + _MARGIN, chosen, _PROOF_ROUNDS)
-    except LimitExceeded:
-        pass
-    else:
-        if (mdp.best(gain + mdp.matrix @ candidate) <= candidate - _MARGIN / 2).all():
-            upper = np.clip(candidate, 0.0, 1.0)
-    if not ((gain + mdp.matrix @ lower)[chosen] >= lower + _MARGIN / 2).all():
-        lower = np.zeros(mdp.n_states)
-    return value, chosen, np.clip(lower, 0.0, 1.0), upper
-
-
-def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
-    """The same by modified policy iteration; the margin leaves room for what the sweeps have not converged to."""
-    chosen, lower = _swept(mdp, gain - 4 * _SWEPT, _first_policy(mdp, gain), _SWEPT)
-    value = _evaluated(mdp, gain[chosen], chosen, lower, _SWEPT, _MOST_SWEEPS)
-    _, upper = _swept(mdp, gain + 4 * _SWEPT, chosen, _SWEPT, value, _PROOF_ROUNDS)
-    if not ((gain + mdp.matrix @ lower)[chosen] >= lower + _SWEPT).all():
-        lower = np.zeros(mdp.n_states)
-    if not (mdp.best(gain + mdp.matrix @ upper) <= upper - _SWEPT).all():
-        upper = np.ones(mdp.n_states)
-    return value, chosen, np.clip(lower, 0.0, 1.0), np.clip(upper, 0.0, 1.0)
-
-
-def _swept(
-    mdp: ExplicitMDP,
-    gain: FloatArray,
-    chosen: IntArray,
-    tolerance: float,
-    value: FloatArray | None = None,
-    rounds: int = 10_000,
-) -> tuple[IntArray, FloatArray]:
-    """Choices and values after modified policy iteration, until a Bellman step changes no value by more."""
-    sweeps = _MOST_SWEEPS if value is None else _SWEEPS
-    value = np.zeros(mdp.n_states) if value is None else value
-    for _ in range(rounds):
-        value = _evaluated(mdp, gain[chosen], chosen, value, tolerance / 4, sweeps)
-        sweeps = _SWEEPS
-        choice_value = gain + mdp.matrix @ value
-        best = mdp.best(choice_value)
-        better = best > choice_value[chosen] + tolerance / 2
-        chosen = np.where(better, mdp.greedy(choice_value), chosen)
-        change = np.abs(best - value).max()
-        value = best
-        if change <= tolerance:
-            break
-    return chosen, value
-
-
-def _evaluated(
-    mdp: ExplicitMDP, gain: FloatArray, chosen: IntArray, value: FloatArray, tolerance: float, sweeps: int
-) -> FloatArray:
-    """The value of a policy, approached by sweeps until the last one changes nothing by more than `tolerance`."""
-    matrix = mdp.matrix[chosen]
-    for sweep in range(1, sweeps + 1):
-        before, value = value, gain + matrix @ value
-        if sweep % _SWEEPS == 0 and np.abs(value - before).max() <= tolerance:
-            break
-    return value
-
-
-def _first_policy(mdp: ExplicitMDP, gain: FloatArray) -> IntArray:
-    """The best gain where there is one at hand, and the way to the nearest one elsewhere."""
-    first = mdp.greedy(gain)
-    door = gain[first] > 0
-    way = attractor(mdp, door)
-    return np.where(door | (way < 0), first, way)
-
-
-_ROUGH = 1e-6
-_SWEPT = 1e-12
-_SWEEPS = 25
-_MOST_SWEEPS = 10_000
-_MARGIN = 1e-13
-_PROOF_ROUNDS = 50
 _CLOSING_ROUNDS = 300

@@ -77,23 +77,29 @@ def almost_sure_region(mdp: ExplicitMDP, target: BoolArray) -> tuple[BoolArray, 
     """
     support = mdp.support
     graph = support.graph
-    everything = np.ones(graph.n_choices, dtype=np.bool_)
-    distance = _distance(graph, target, everything)
+    owner = graph.choice_state
+    distance = _distance(graph, target, np.ones(graph.n_choices, dtype=np.bool_))
     region = possible = distance >= 0
-    safe = everything
-    while True:
-        stays = ~graph.enters(~region) & (graph.leak == 0)
-        if np.array_equal(stays, safe):
-            return region, safe[support.of_choice], distance, possible
-        safe = stays
+    safe = graph.leak == 0
+    while not (safe.all() and region.all()):
+        safe &= region[owner]
+        prune(graph, safe, target)
         distance = _distance(graph, target, safe)
         region = distance >= 0
+        if region[owner[safe]].all():
+            break
+    return region, safe[support.of_choice], distance, possible
 
 
-def prune(mdp: ExplicitMDP, alive: BoolArray) -> None:
-    """Drops, in place, choices that may enter a state without a live choice, until no such choice is left."""
+def prune(mdp: ExplicitMDP, alive: BoolArray, spared: BoolArray | None = None) -> None:
+    """Drops, in place, choices that may enter a state without a live choice, until no such choice is left.
+
+    States that are `spared`, shape (n_states,), may be entered even if they have none.
+    """
     columns, owner = mdp.columns, mdp.choice_state
     left = np.bincount(owner[alive], minlength=mdp.n_states)
+    if spared is not None:
+        left += spared
     dead = np.flatnonzero(left == 0)
     while dead.size:
         rows = columns.indices[_column_ranges(columns, dead)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.mdp.absorption import absorption
 from ltlc.mdp.chain import induced_chain
 from ltlc.mdp.end_components import EndComponents, accepting_choices, accepting_end_components
 from ltlc.mdp.explicit import BoolArray, FloatArray, IntArray
@@ -69,18 +70,22 @@ def max_satisfaction_probability(
 
 @dataclass(frozen=True, eq=False)
 class PolicySatisfaction:
-    """The probability that a run under one policy is accepted."""
+    """The probability that a run under one policy is accepted, with bounds."""
 
     probability: float
     """from the initial states."""
+    lower: float
+    upper: float
     state_probability: FloatArray
     """shape (n_states,), from each product state; 0 and 1 are exact."""
+    state_lower: FloatArray
+    state_upper: FloatArray
     accepting: BoolArray
     """shape (n_states,), the recurrent states of accepting bottom components."""
 
 
 def satisfaction_probability(product: Product, policy: npt.ArrayLike) -> PolicySatisfaction:
-    """The probability that a run under `policy` is accepted, by bottom components and one sparse linear solve.
+    """The probability that a run under `policy` is accepted, by bottom components and sparse linear systems.
 
     `policy` is on product states (`Product.lift` helps): int (n_states,) or float (n_states, n_actions).
 
@@ -101,7 +106,8 @@ def satisfaction_probability(product: Product, policy: npt.ArrayLike) -> PolicyS
         accepted |= sees_inf & ~sees_fin
     accepting = np.zeros(product.n_states, dtype=np.bool_)
     accepting[inside] = accepted[number]
-    value = chain.absorption(accepting)
+    reach = absorption(chain, accepting)
     start = product.initial
-    probability = 1.0 if (value[start > 0] == 1).all() else float(start @ value)
-    return PolicySatisfaction(probability, value, accepting)
+    exact = bool((reach.value[start > 0] == 1).all())
+    lower, value, upper = (1.0 if exact else float(start @ bound) for bound in (reach.lower, reach.value, reach.upper))
+    return PolicySatisfaction(value, lower, upper, reach.value, reach.lower, reach.upper, accepting)

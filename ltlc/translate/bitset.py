@@ -3,7 +3,7 @@
 
 def bits(mask: int) -> list[int]:
     """The members of a set given as a bitmask, in increasing order."""
-    found = []
+    found: list[int] = []
     while mask:
         low = mask & -mask
         found.append(low.bit_length() - 1)

@@ -83,13 +83,19 @@ class Closure(Nodes):
         up = above = 1 << node
         kind, _, letters = self.nodes[node]
         for other in others:
-            if self.implies(node, other):
+            other_kind, _, other_letters = self.nodes[other]
+            if kind == other_kind == "letters":
+                common = letters & other_letters
+                implies, implied = common == letters, common == other_letters
+                if not common:
+                    self._against[node] |= 1 << other
+                    self._against[other] |= 1 << node
+            else:
+                implies, implied = self.implies(node, other), self.implies(other, node)
+            if implies:
                 up |= self._up[other]
-            if self.implies(other, node):
+            if implied:
                 above |= 1 << other
-            if kind == self.nodes[other].kind == "letters" and not letters & self.nodes[other].letters:
-                self._against[node] |= 1 << other
-                self._against[other] |= 1 << node
         self._up[node] = up
         for other in others:  # kept transitively closed
             if self._up[other] & above:

@@ -50,7 +50,7 @@ class EmersonLei:
         """Number of states."""
         return len(self.edges)
 
-    @property
+    @cached_property
     def is_weak(self) -> bool:
         """Whether each strong component accepts all of its runs or none."""
         return all(condition in (ALWAYS, NEVER) for condition in self.acceptance)
@@ -59,6 +59,12 @@ class EmersonLei:
     def component(self) -> list[int]:
         """Strong component of each state, numbered in topological order."""
         return graph.strong_components([[edge.target for edge in edges] for edges in self.edges])
+
+    def relabelled(self, edges: tuple[tuple[Edge, ...], ...], acceptance: tuple[Acceptance, ...]) -> EmersonLei:
+        """Other marks and conditions on the same graph, whose strong components are not looked for again."""
+        other = EmersonLei(edges, acceptance)
+        vars(other)["component"] = self.component
+        return other
 
 
 # -- acceptance conditions --------------------------------------------------------------------------------------------
@@ -173,7 +179,7 @@ def localized(automaton: EmersonLei) -> EmersonLei:
         here = component[q]
         moves = ((e.letters, e.target, e.marks & useful[here] if component[e.target] == here else 0) for e in edges)
         kept.append(tuple(merged(moves)))
-    return EmersonLei(tuple(kept), tuple(conditions[c] for c in component))
+    return automaton.relabelled(tuple(kept), tuple(conditions[c] for c in component))
 
 
 def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[int]:
@@ -236,7 +242,7 @@ def minimized_weak(automaton: EmersonLei) -> EmersonLei:
         odd = automaton.acceptance[members[c][0]] == NEVER
         color[c] = limit - 1 if cyclic and limit % 2 != odd else limit
     acceptance = tuple(NEVER if color[c] % 2 else ALWAYS for c in component)
-    weak = EmersonLei(automaton.edges, acceptance)
+    weak = automaton.relabelled(automaton.edges, acceptance)
     return quotient(weak, refine(weak.edges, acceptance))
 
 

@@ -6,21 +6,19 @@ for four propositions as for twenty.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.alphabet import letter_classes, proposition_table, truth_column, truth_table
+from ltlc.automata.alphabet import grouped, proposition_table
 from ltlc.automata.rabin import MAX_APS
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder
 
 _BOOLEAN = frozenset({Constant, Proposition, Not, And, Or})
-_FEW_APS = 7
-"""up to which plain integers and lists are faster than arrays."""
 
 
 class Letters(NamedTuple):
@@ -63,7 +61,7 @@ def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
     for f in postorder(formula):
         if f not in truth:
             maximal.update((arg, None) for arg in f.args if arg in truth)
-    letter_class, sets = _grouped([truth[f] for f in maximal], len(aps))
+    letter_class, sets = grouped([truth[f] for f in maximal], 1 << len(aps))
     return Letters(aps, letter_class, int(letter_class.max()) + 1, dict(zip(maximal, sets, strict=True)))
 
 
@@ -78,16 +76,3 @@ def _truth(f: Formula, truth: dict[Formula, int], aps: tuple[str, ...]) -> int:
     if isinstance(f, Not):
         return everywhere & ~tables[0]
     return reduce(int.__and__ if isinstance(f, And) else int.__or__, tables)
-
-
-def _grouped(tables: Sequence[int], n_aps: int) -> tuple[npt.NDArray[np.int32], list[int]]:
-    """The class of each letter, shape (2**n_aps,), and each truth table as a letter set."""
-    if n_aps > _FEW_APS:
-        columns = [truth_column(table, 1 << n_aps) for table in tables]
-        letter_class, first = letter_classes(columns, n_aps)
-        return letter_class, [truth_table(column[first]) for column in columns]
-    digits = [f"{table:0{1 << n_aps}b}"[::-1] for table in tables]
-    number: dict[tuple[str, ...], int] = {}
-    classes = [number.setdefault(values, len(number)) for values in zip(*digits, strict=True)]
-    by_class = zip(*number, strict=True)  # the digits of each table again, one per class
-    return np.array(classes, dtype=np.int32), [int("".join(column)[::-1], 2) for column in by_class]

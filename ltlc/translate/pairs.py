@@ -23,11 +23,11 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.alphabet import truth_column
+from ltlc.automata.alphabet import grouped
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.emerson_lei import Acceptance, Edge, EmersonLei, explore, holds, merged, negation
+from ltlc.translate.emerson_lei import ALWAYS, Acceptance, Edge, EmersonLei, explore, holds, merged, negation
 from ltlc.translate.letters import Letters
 
 _MAX_CYCLE_NODES = 2000
@@ -216,6 +216,13 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
     With `parity`, the second way is taken wherever it can be: its marks form chains, which suits marks on states.
     """
     component = automaton.component
+    if automaton.is_weak:
+        accepting = [condition == ALWAYS for condition in automaton.acceptance]
+        weak_edges = [
+            [Edge(e.letters, e.target, accepting[q] and component[e.target] == component[q]) for e in out]
+            for q, out in enumerate(automaton.edges)
+        ]
+        return _as_arrays(weak_edges, 1, letters)
     memories: list[Memory] = [
         _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
     ]
@@ -262,14 +269,12 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
 
 def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) -> RabinAutomaton:
     """Dense tables over the coarsest letter classes that the edges respect."""
-    distinct = dict.fromkeys(e.letters for out in edges for e in out)
-    blocks = [letters.all]
-    for letter_set in distinct:
-        blocks = [part for b in blocks for part in (b & letter_set, b & ~letter_set) if part]
-    blocks.sort(key=lambda b: b & -b)
-    columns = {s: [i for i, block in enumerate(blocks) if block & s] for s in distinct}
-    targets = [[0] * len(blocks) for _ in edges]
-    seen = [[0] * len(blocks) for _ in edges]
+    distinct = list(dict.fromkeys(e.letters for out in edges for e in out))
+    block_of, block_sets = grouped(distinct, letters.n_classes)
+    n_blocks = int(block_of.max()) + 1
+    columns = dict(zip(distinct, map(bits, block_sets), strict=True))
+    targets = [[0] * n_blocks for _ in edges]
+    seen = [[0] * n_blocks for _ in edges]
     for out, target_row, seen_row in zip(edges, targets, seen, strict=True):
         for letter_set, target, marks in out:
             for i in columns[letter_set]:
@@ -279,11 +284,5 @@ def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) 
         np.array([table >> shift & 1 for shift in range(first, first + n_pairs)], dtype=np.bool_)
         for first in (n_pairs, 0)
     )
-    letter_class = letters.letter_class
-    if len(blocks) < letters.n_classes:
-        block_of = np.zeros(letters.n_classes, dtype=np.int32)
-        for i, block in enumerate(blocks):
-            block_of[truth_column(block, letters.n_classes)] = i
-        letter_class = block_of[letter_class]
     delta = np.array(targets, dtype=np.int32)
-    return RabinAutomaton(letters.aps, delta, letter_class, fin, inf, acceptance="transition")
+    return RabinAutomaton(letters.aps, delta, block_of[letters.letter_class], fin, inf, acceptance="transition")

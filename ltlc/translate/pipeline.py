@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from ltlc.automata import canonical, collapse, merge_by_trial, to_state_based
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import settled
+from ltlc.automata.retarget import EFFORT
 from ltlc.automata.sat_minimize import minimize
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, propositions, simplify
@@ -33,6 +35,8 @@ _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 _SLACK = 60
 """plus these."""
+_MANY_PAIRS = 4
+"""Fewer states are not worth more Rabin pairs than this."""
 _SAT_SECONDS = 30.0
 """The search for a smaller automaton goes on for this time at most."""
 
@@ -128,14 +132,15 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
+    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, check=budget.check_time)
     if automaton.n_pairs == 1:
-        return canonical(to_state_based(automaton))
+        return canonical(split(automaton))
     # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
     closure = problem.closure(budget)
     emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-    chain = to_state_based(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+    chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
     if sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
-        chain = min(to_state_based(automaton), chain, key=lambda a: a.n_states)
+        chain = min(split(automaton), chain, key=lambda a: a.n_states)
     return canonical(chain)
 
 
@@ -190,7 +195,7 @@ def _smaller(old: Candidate, new: Candidate) -> Candidate:
 
 def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
-    names = LOW if closure.is_low(closure.root) else HIGH
+    names: tuple[str, ...] = LOW if closure.is_low(closure.root) else HIGH
     if effort == "default" and closure.is_fair_obligation(closure.root):
         names = FAIR
     return names[:1] if effort == "fast" else names
@@ -221,16 +226,16 @@ def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bo
     if prove and not found.smallest and can_decide_languages(automaton):
         collapsed = collapse(automaton)
         least = max(least, collapsed.lower_bound)
-        if wanted == "transition" and _room(collapsed.automaton) < _room(automaton):
+        if wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton):
             automaton = collapsed.automaton
     budget.check_time()
     if automaton.n_states > least:
-        merged = merge_by_trial(automaton)
+        merged = merge_by_trial(automaton, check=budget.check_time)
         if merged.n_states < automaton.n_states:
             automaton = settled(merged)
     return found._replace(automaton=automaton, least=least)
 
 
-def _room(automaton: RabinAutomaton) -> int:
-    """What an agent has to learn at most: states, times the pairs it may have to choose from."""
-    return automaton.n_states * automaton.n_pairs
+def _is_worth_its_pairs(smaller: RabinAutomaton, larger: RabinAutomaton) -> bool:
+    """Whether an agent that may have to choose a pair has less to learn, and other tools still read the automaton."""
+    return smaller.n_pairs <= _MANY_PAIRS and smaller.n_states * smaller.n_pairs < larger.n_states * larger.n_pairs

@@ -60,12 +60,12 @@ class _Product:
 
     def settle(self, skeleton: Skeleton, states: list[Hashable]) -> ProductState:
         """Fold decided components into the skeleton, and forget the irrelevant ones."""
-        for i in bits(reduce(int.__or__, skeleton, 0)):
+        for i in bits(_mentioned(skeleton)):
             decided = self.components[i].decided(states[i])
             if decided is not None:
                 skeleton = assign(skeleton, i, decided)
-        relevant = reduce(int.__or__, skeleton, 0)
-        return skeleton, tuple(s if relevant >> i & 1 else None for i, s in enumerate(states))
+        relevant = _mentioned(skeleton)
+        return skeleton, tuple([s if relevant >> i & 1 else None for i, s in enumerate(states)])
 
     def restless(self, state: ProductState) -> Iterable[tuple[int, ProductState, int]]:
         """Moves in which the stable components rest."""
@@ -85,12 +85,12 @@ class _Product:
 
     def _rested(self, state: ProductState) -> ProductState:
         skeleton, states = state
-        relevant = reduce(int.__or__, skeleton, 0) & self.stable
+        relevant = _mentioned(skeleton) & self.stable
         return skeleton, tuple(self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states))
 
     def _moves(self, state: ProductState, resting: int) -> list[tuple[int, ProductState, int]]:
         skeleton, states = state
-        relevant = reduce(int.__or__, skeleton, 0)
+        relevant = _mentioned(skeleton)
         partial: list[tuple[int, list[Hashable], int]] = [(self.letters, list(states), 0)]
         for i in bits(relevant & ~resting):
             shift = self._first_mark[i]
@@ -107,9 +107,7 @@ class _Product:
     def condition(self, state: ProductState) -> Acceptance:
         """The acceptance condition while the skeleton and the components' strong components stay as they are."""
         skeleton, states = state
-        conditions = {
-            i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(reduce(int.__or__, skeleton, 0))
-        }
+        conditions = {i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(_mentioned(skeleton))}
         key = (skeleton, tuple(conditions.items()))
         known = self._condition.get(key)
         if known is None:
@@ -122,6 +120,13 @@ class _Product:
     def _shifted(self, component: int, condition: Acceptance) -> Acceptance:
         shift = self._first_mark[component]
         return tuple((fin << shift, inf << shift) for fin, inf in condition)
+
+
+def _mentioned(skeleton: Skeleton) -> int:
+    mentioned = 0
+    for clause in skeleton:
+        mentioned |= clause
+    return mentioned
 
 
 def assign(skeleton: Skeleton, component: int, value: bool) -> Skeleton:
