@@ -28,7 +28,7 @@ _FILE_KIND = "policy"
 _TIE = 1e-12
 """values of a table that differ by less are alike, in units of the reward scale."""
 _WANDERING = 0.2
-"""probability that a copy that looks for news does something at random."""
+"""probability of a random action of those that go where little was tried."""
 
 
 class DoubleDQN:
@@ -138,13 +138,14 @@ class DoubleDQN:
     ) -> npt.NDArray[np.int64]:
         """Actions for training, shape (batch,): random with probability `epsilon`, else greedy in the online network.
 
-        Draws the same amount from the generator whatever happens.
+        With a table, the first `epsilon` of the batch mostly go where little was tried, and the others are greedy but
+        for what the values may be wrong by. Draws the same amount from the generator whatever happens.
         """
         n = len(packed)
+        if isinstance(self.q_network, QTable):
+            return self._explore_by_table(self.q_network, packed, states, epsilon, generator)
         random = torch.randint(self.n_actions, (n,), generator=generator)
         chance = torch.rand(n, generator=generator, dtype=torch.float64)
-        if isinstance(self.q_network, QTable):
-            return self._explore_by_table(self.q_network, packed, states, epsilon, (random, chance), generator)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
             random = self._with_random_choices(random, states, generator)
         if epsilon >= 1:
@@ -158,17 +159,16 @@ class DoubleDQN:
         packed: npt.NDArray[Any],
         states: npt.NDArray[np.int64],
         epsilon: float,
-        drawn: tuple[Tensor, Tensor],
         generator: torch.Generator,
     ) -> npt.NDArray[np.int64]:
-        """A part `epsilon` of the copies looks for what was seldom tried; the others give their values some credit."""
-        row, there = self.encoder.index(torch.from_numpy(packed)), torch.from_numpy(states)
-        random, chance = drawn
+        n, row = len(packed), self.encoder.index(torch.from_numpy(packed))
+        random = torch.randint(self.n_actions, (n,), generator=generator)
+        chance = torch.rand(n, generator=generator, dtype=torch.float64)
         known = self._evaluate(table, packed, states) + table.doubt[row].repeat(1, self.tensor_tables.n_options)
-        news = table.novelty[row, there]
+        news = table.novelty[row, torch.from_numpy(states)]
         known, news = (v + _TIE * torch.rand(v.shape, generator=generator, dtype=v.dtype) for v in (known, news))
         seeker = torch.where(chance < _WANDERING, random, news.argmax(dim=-1))
-        seeks = torch.arange(len(packed)) + 0.5 < epsilon * len(packed)
+        seeks = torch.arange(n) + 0.5 < epsilon * n
         return torch.where(seeks, seeker, known.argmax(dim=-1)).numpy()
 
     def _evaluate(

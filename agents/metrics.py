@@ -36,7 +36,7 @@ class Row:
     acceptances: float | None
     """mean accepting steps of an episode."""
     loss: float | None
-    """mean loss of the updates."""
+    """mean loss of the updates; of the fits of a table, the largest change in the last sweep."""
     epsilon: float
     learning_rate: float
     seconds: float

@@ -31,8 +31,6 @@ WORK = 5e9
 """multiplications of a fit that may have more than `SWEEPS` sweeps, at most: some ten seconds."""
 TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
-UNSEEN = 0.01
-"""how often each action is thought to have had an outcome worth nothing: what was seldom tried is never quite safe."""
 FAR = 0.95
 """discount of novelty that lies ahead."""
 _NOVELTY_SWEEPS = 100
@@ -74,7 +72,7 @@ class QTable(nn.Module):
 
 
 class Tally:
-    """Environment steps, equal ones counted: the part of a replay buffer, for a table. Nothing is forgotten.
+    """Environment steps, equal ones counted; takes the place of a `ReplayBuffer`, but forgets nothing.
 
     Args:
         encoder: of the observations, which are numbered.
@@ -113,7 +111,7 @@ class Tally:
         observation, action, following, letter_class, terminated = np.unravel_index(self._key, self.shape)
         pair = action * self.shape[0] + observation
         tries = _sums(pair, self._count, self.shape[0] * self.shape[1])
-        weight = self._count / (tries[pair] + UNSEEN)
+        weight = self._count / tries[pair]
         return Outcomes(tries, pair, following, letter_class, terminated == 1, weight, self._paid / self._count)
 
     def _merge(self) -> None:
@@ -171,7 +169,7 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
     A sweep replaces the value of each observation, action and table state by the mean of its targets r + g V(s', q')
     over all steps that were made there, each step being taken in all table states. After n sweeps values are those of
     the best policy for n steps, so that loops that pay nothing are worth nothing, whatever the discount. What was never
-    tried keeps the value 0.
+    tried keeps the value 0. Novelty is fitted alike: 1 / sqrt(times tried + 1) at each step, discounted by `FAR`.
 
     Args:
         table: whose values are replaced.
@@ -184,6 +182,8 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
     References:
         D. Ernst, P. Geurts, L. Wehenkel, Tree-based batch mode reinforcement learning, JMLR 2005,
         https://www.jmlr.org/papers/v6/ernst05a.html (fitted Q iteration; here the regression is a mean per entry).
+        A. L. Strehl, M. L. Littman, An analysis of model-based interval estimation for Markov decision processes, JCSS
+        2008, https://doi.org/10.1016/j.jcss.2007.08.009 (credit of 1 / sqrt(times tried) for exploration).
     """
     outcomes, k = tally.outcomes(), len(learned)
     n_observations, _, n_actions = table.values.shape

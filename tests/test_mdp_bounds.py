@@ -36,8 +36,6 @@ def scaled_world(side: int, chance: float, *, blocks: bool = False, start: tuple
     }
     start = (start[0] * factor, start[1] * factor)
     return grid(side, side, intended(MOVES, chance), labels, aps=tuple("ABCT"), start=start)
-        side, side, intended(MOVES, chance), labels, aps=tuple("ABCT"), start=(start[0] * factor, start[1] * factor)
-    )
 
 
 @pytest.mark.parametrize("tiny", [False, True])
