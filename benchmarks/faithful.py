@@ -4,6 +4,10 @@
 
 Prints a row per task and reward: the probability, and what it misses the maximum by. The tasks are small and published,
 from the suite (`suite_tasks.toml`, with their sources); everything is computed exactly, nothing is learned.
+
+Two rewards are also taken as they were first compared, before deadlocks ended episodes: the code of the thesis goes on
+to be paid in an accepting sink (10 a step, worth 1000), and Sadigh's weights are those of a parity condition, where a
+deadlock with a Fin mark costs for ever and one without costs nothing ("marks only").
 """
 
 from __future__ import annotations
@@ -11,11 +15,15 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 
 from suite_tasks import load_suite
 
 from ltlc import compile
+from ltlc.automata import RabinAutomaton, to_parity
 from ltlc.faithful import Candidate, FaithfulnessReport, faithfulness
+from ltlc.mdp import LabelledMDP
+from ltlc.rewards.sadigh import Sadigh
 
 SUITE = load_suite()
 TASKS = {
@@ -29,10 +37,12 @@ TASKS = {
 CANDIDATES = {
     "sadigh .99": Candidate.of("sadigh"),
     "sadigh .9999": Candidate.of("sadigh", gamma=0.9999),
+    "sadigh .99, marks only": Candidate.of("sadigh"),
+    "sadigh .9999, marks only": Candidate.of("sadigh", gamma=0.9999),
     "sadigh, pair 0": Candidate.of("sadigh", pair=0),
     "accept .99": Candidate.of("accept"),
     "accept .9999": Candidate.of("accept", gamma=0.9999),
-    "code, reset": Candidate.of("thesis-code", "initial", terminate_on_accept=False),
+    "code, reset": Candidate.of("thesis-code", "initial", terminate_on_accept=False, terminal=1000.0),
     "code, end": Candidate.of("thesis-code", "terminate", terminate_on_accept=False),
     "parity .1": Candidate.of("parity", epsilon=0.1),
     "parity .01": Candidate.of("parity", epsilon=0.01),
@@ -54,7 +64,19 @@ def report(task: str, candidates: Sequence[str] | None = None) -> FaithfulnessRe
     """The faithfulness of some or all candidates in one task."""
     case = TASKS[task]
     automaton = compile(case.formula, acceptance="transition")
-    return faithfulness(case.model, automaton, [CANDIDATES[name] for name in candidates or CANDIDATES])
+    found = [one_report(case.model, automaton, name) for name in candidates or CANDIDATES]
+    return replace(found[0], rows=tuple(row for one in found for row in one.rows))
+
+
+def one_report(model: LabelledMDP, automaton: RabinAutomaton, name: str) -> FaithfulnessReport:
+    """The faithfulness of one candidate."""
+    candidate = CANDIDATES[name]
+    if name.endswith("marks only") and isinstance(candidate.scheme, Sadigh):
+        automaton = to_parity(automaton).automaton
+        for_ever = candidate.scheme.weight_fin / (1 - candidate.scheme.gamma)
+        scheme = replace(candidate.scheme, violation=for_ever if automaton.fin.any() else 0.0)
+        candidate = replace(candidate, scheme=scheme)
+    return faithfulness(model, automaton, [candidate])
 
 
 def main() -> None:

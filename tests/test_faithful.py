@@ -35,8 +35,8 @@ LOSES = {
         "two-discount .99 .999": 0.75,
     },
     "safe-absorbing": {
-        "code, reset": 0.779108, "code, end": 0.797832, "parity .1": 0.779108, "parity .01": 0.843392,
-        "parity .001": 0.914286,
+        "sadigh .99, marks only": 0.843392, "code, reset": 0.779108, "code, end": 0.797832, "parity .1": 0.779108,
+        "parity .01": 0.843392, "parity .001": 0.914286,
     },
     "two-pairs": {"sadigh, pair 0": 2 / 3},
     "gate": {"code, reset": 0.0},
@@ -45,6 +45,7 @@ LOSES = {
         "two-discount .9 .999": 0.994178,
     },
     "four-moves-until": {
+        "sadigh .99, marks only": 0.851231, "sadigh .9999, marks only": 0.950560, "code, reset": 0.753085,
         "accept .99": 0.851231, "accept .9999": 0.950560, "code, end": 0.851231, "parity .1": 0.851231,
         "parity .01": 0.950560, "two-discount .99 .999": 0.948681, "two-discount .99 .9999": 0.950560,
         "two-discount .99 .99999": 0.950696, "two-discount .9 .999": 0.948681,
@@ -60,7 +61,7 @@ ATTAINS = {
     "four-moves-until": ["parity .001"],
     "frozen-lake-4x4-until": ["accept .99", "sadigh .99", "code, end", "parity .1", "two-discount .99 .999"],
     "two-pairs": ["sadigh .99", "accept .99", "code, reset", "code, end", "parity .1", "two-discount .99 .999"],
-    "safe-absorbing": ["two-discount .99 .9999", "two-discount .99 .99999"],
+    "safe-absorbing": ["sadigh .9999, marks only", "two-discount .99 .9999", "two-discount .99 .99999"],
 }
 GUARANTEED = ["zeta-reach .9", "zeta-reach .99", "zeta-discount .99", "eventual .9", "eventual .99", "frontier"]
 

@@ -35,6 +35,9 @@ class Sadigh(RewardScheme):
     """reward on an Inf mark."""
     weight_fin: float = 10.0
     """penalty on a Fin mark."""
+    violation: float | None = None
+    """penalty on entering a deadlock; None: `weight_fin`. The paper knows no deadlocks: there it is what the Fin marks
+    of the deadlock cost, for ever if there are any, else nothing."""
     gamma: float = 0.99
     """discount of every step, in (0, 1]."""
     pair: int | None = None
@@ -59,6 +62,6 @@ class Sadigh(RewardScheme):
             accepted=inf & ~fin,
             reward=np.select([fin, inf], [-self.weight_fin, self.weight_inf], 0.0),
             discount=self.gamma,
-            violation=-self.weight_fin,
+            violation=-(self.weight_fin if self.violation is None else self.violation),
             satisfaction=None if self.gamma == 1 else self.weight_inf / (1 - self.gamma),
         )
