@@ -90,7 +90,7 @@ class MissingProgramError(LtlcError):
 
 
 class LimitExceeded(LtlcError):
-    """A budget of states, seconds or letters ran out before the work was done."""
+    """A budget of states, seconds, letters or depth ran out before the work was done."""
 
 
 class StateLimitExceeded(LimitExceeded):
@@ -103,3 +103,7 @@ class TimeLimitExceeded(LimitExceeded):
 
 class AlphabetLimitExceeded(LimitExceeded):
     """More atomic propositions than the dense letter tables can hold."""
+
+
+class DepthLimitExceeded(LimitExceeded):
+    """Temporal operators are nested more deeply than the constructions can follow."""

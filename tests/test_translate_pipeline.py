@@ -16,6 +16,7 @@ from ltlc.automata import RabinAutomaton, merge_by_trial
 from ltlc.automata.rabin import Acceptance
 from ltlc.errors import (
     AlphabetLimitExceeded,
+    DepthLimitExceeded,
     InvalidArgumentError,
     LimitExceeded,
     StateLimitExceeded,
@@ -145,6 +146,12 @@ def test_the_limit_on_time(translator: str) -> None:
     assert message.startswith(str(parse(HARD))[:40])
     assert "0.02 s" in message
     assert "--timeout, timeout=" in message
+
+
+@pytest.mark.parametrize("text", ["X " * 5000 + "a", "(a U (b U " * 2000 + "c" + "))" * 2000])
+def test_formulas_that_are_nested_too_deeply_end_by_a_limit(text: str) -> None:
+    with pytest.raises(DepthLimitExceeded, match="nested too deeply"):
+        translate(parse(text))
 
 
 def test_hard_formulas_end_by_a_limit() -> None:

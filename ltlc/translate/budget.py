@@ -40,7 +40,7 @@ class Budget:
         """Raise StateLimitExceeded if `n_states` is too many."""
         if n_states > self.max_states:
             raise StateLimitExceeded(
-                f"{self._short()} needs more than {self.max_states} states: raise the limit (--max-states, max_states=)"
+                f"{self.name} needs more than {self.max_states} states: raise the limit (--max-states, max_states=)"
                 " or split the formula"
             )
         self.check_time()
@@ -54,8 +54,10 @@ class Budget:
         """Raise TimeLimitExceeded if the time is over."""
         if self._deadline is not None and time.monotonic() > self._deadline:
             raise TimeLimitExceeded(
-                f"{self._short()} is not translated after {self.timeout:g} s: raise the limit (--timeout, timeout=)"
+                f"{self.name} is not translated after {self.timeout:g} s: raise the limit (--timeout, timeout=)"
             )
 
-    def _short(self) -> str:
+    @property
+    def name(self) -> str:
+        """The formula, cut to a readable length."""
         return self.formula if len(self.formula) <= 80 else self.formula[:77] + "..."

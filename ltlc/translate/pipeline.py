@@ -14,7 +14,13 @@ from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import settled
 from ltlc.automata.retarget import EFFORT
 from ltlc.automata.sat_minimize import minimize
-from ltlc.errors import InvalidArgumentError, StateLimitExceeded, TimeLimitExceeded, UnknownNameError
+from ltlc.errors import (
+    DepthLimitExceeded,
+    InvalidArgumentError,
+    StateLimitExceeded,
+    TimeLimitExceeded,
+    UnknownNameError,
+)
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
@@ -104,7 +110,7 @@ def translate(
     Raises:
         UnknownNameError: no such translator.
         InvalidArgumentError: the translator does not apply to the formula, or an argument is out of range.
-        StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded: a budget ran out.
+        StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded, DepthLimitExceeded: a budget ran out.
         MissingProgramError: effort "best" needs the package python-sat.
     """
     if translator != "auto" and translator not in CONSTRUCTIONS:
@@ -117,7 +123,12 @@ def translate(
     budget = Budget(text, max_states, timeout)
     simple = simplify(formula)
     problem = Problem(simple, letters_of(simple, propositions(formula)), effort, acceptance)
-    best = _best(problem, budget, translator)
+    try:
+        best = _best(problem, budget, translator)
+    except RecursionError:  # the nodes of a closure recurse, each level in a few calls
+        raise DepthLimitExceeded(
+            f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by sys.setrecursionlimit"
+        ) from None
     automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
     if effort == "best":
         seconds = _SAT_SECONDS if budget.remaining is None else min(_SAT_SECONDS, budget.remaining)
