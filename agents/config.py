@@ -129,6 +129,8 @@ class DQNConfig:
 
     def __post_init__(self) -> None:
         if self.hidden is not None:
+            if not isinstance(self.hidden, list | tuple):
+                raise InvalidArgumentError(f"hidden is {self.hidden!r}; it must be a list of whole numbers, or null")
             object.__setattr__(self, "hidden", tuple(self.hidden))
         for field, choices in _CHOICES.items():
             if getattr(self, field) not in choices:

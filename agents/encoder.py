@@ -99,12 +99,15 @@ class ObservationEncoder:
         assert self.n_observations and self._digits is not None
         return _joint_index(_from_zero(self._digits, packed), _sizes(self._digits))
 
-    def all_observations(self) -> npt.NDArray[np.int64]:
+    def all_observations(self) -> Any:
         """All `n_observations` as a batch, in the order of `index`."""
         assert self.n_observations and self._digits is not None
         digits = np.stack(np.unravel_index(np.arange(self.n_observations), _sizes(self._digits)), axis=1)
         start = np.asarray(self._digits.start)  # type: ignore[attr-defined]
-        return np.asarray(digits.reshape(-1, *(self._digits.shape or ())) + start)
+        batch: Any = np.asarray(digits.reshape(-1, *(self._digits.shape or ())) + start)
+        for key in reversed(self._leaves[0].path):
+            batch = {key: batch}
+        return batch
 
     def all_features(self) -> Tensor:
         """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""

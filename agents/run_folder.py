@@ -101,7 +101,11 @@ class RunConfig:
         """
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        fields = {key: values[key] for key in ("reward", "parameters", "on_deadlock", "num_envs", "agent")}
+        kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "num_envs": int, "agent": str}
+        fields = {key: values[key] for key in kinds}
+        for key, kind in kinds.items():
+            if not isinstance(fields[key], kind):
+                raise FileFormatError(f"{key} is {fields[key]!r}")
         config = systems.hyperparameters(values["agent"], values["hyperparameters"])
         return cls(setting=Setting(**values["setting"]), hyperparameters=config, **fields)
 
@@ -209,8 +213,10 @@ class RunFolder:
         """Train to the end, or go on; see `ltlc.agents.systems.train_agent`."""
         config = self.config
         if resume and not self.keeps_checkpoints and (self.path / POLICY_FILE).exists():
-            end = self.metrics()[-1]
-            return Trained(self.load(), int(end["steps"] or 0), end["seconds"] or 0.0)
+            rows = self.metrics()
+            if not rows:
+                raise FileFormatError(f"{self.path / METRICS_FILE} has no rows; begin anew with --force")
+            return Trained(self.load(), int(rows[-1]["steps"] or 0), rows[-1]["seconds"] or 0.0)
         env = self.vector_env()
         try:
             return systems.train_agent(

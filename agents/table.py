@@ -12,7 +12,7 @@ import torch
 from scipy import sparse
 from torch import Tensor, nn
 
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
 from .encoder import ObservationEncoder
@@ -96,7 +96,13 @@ class Tally:
         return self.added
 
     def add(self, steps: Steps) -> None:
-        """Count steps."""
+        """Count steps.
+
+        Raises:
+            TrainingDiverged: a reward of the environment itself is not finite.
+        """
+        if not np.isfinite(steps.base_reward).all():
+            raise TrainingDiverged("the environment pays rewards that are NaN or infinite; repair or wrap it")
         observation, following = (
             self.encoder.index(torch.from_numpy(packed)).numpy()
             for packed in (steps.observation, steps.next_observation)

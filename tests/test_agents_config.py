@@ -31,6 +31,8 @@ def test_defaults_are_double_and_counterfactual() -> None:
         ({"batch_size": 64.0}, r"batch_size is 64\.0"),
         ({"batch_size": 300, "buffer_size": 200}, r"less than batch_size \(300\)"),
         ({"hidden": (64, 0)}, "each entry of hidden is 0"),
+        ({"hidden": 5}, "hidden is 5; it must be a list"),
+        ({"hidden": "abc"}, "hidden is 'abc'; it must be a list"),
         ({"reward_scale": 0.0}, "reward_scale is 0"),
         ({"threads": 0}, "threads is 0"),
         ({"batch_norm": True, "batch_size": 1}, "at least 2"),

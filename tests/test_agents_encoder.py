@@ -83,3 +83,11 @@ def test_observations_that_are_no_numbers_are_refused() -> None:
         encoder.pack(np.array([[0.0, np.nan]], dtype=np.float32))
     with pytest.raises(InvalidArgumentError, match="do not fit"):
         encoder.pack(np.zeros((4, 3), dtype=np.float32))
+
+
+@pytest.mark.parametrize("space", [spaces.Discrete(4), spaces.Dict({"x": spaces.Tuple([spaces.Discrete(4)])})], ids=str)
+def test_all_observations_are_a_batch_of_the_space(space: spaces.Space[Any]) -> None:
+    encoder = ObservationEncoder(space)
+    packed = torch.from_numpy(encoder.pack(encoder.all_observations()))
+    assert encoder.index(packed).tolist() == [0, 1, 2, 3]
+    assert (encoder.all_features() == torch.eye(4)).all()

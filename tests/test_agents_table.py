@@ -19,7 +19,7 @@ from ltlc.agents.networks import QNetwork
 from ltlc.agents.replay import ReplayBuffer, Steps
 from ltlc.agents.table import QTable, Tally
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.mdp.verdict import Judge
 from ltlc.task import Task
 
@@ -173,3 +173,9 @@ def test_experience_of_another_kind_is_refused() -> None:
     for state in (larger.state_dict(), ReplayBuffer(4, 1, np.int64).state_dict()):
         with pytest.raises(InvalidArgumentError, match="of another kind"):
             tally.load_state_dict(state)
+
+
+def test_rewards_that_are_no_numbers_end_the_training() -> None:
+    tally = Tally(ObservationEncoder(spaces.Discrete(3)), 2, 1)
+    with pytest.raises(TrainingDiverged, match="NaN"):
+        tally.add(steps((0, 1, 2, 0, float("nan"), False)))

@@ -210,11 +210,25 @@ class TestTabular:
         assert RunFolder.open("cut").metrics()[0]["steps"] >= 2000
         assert run(["evaluate", "cut"]) == 2
 
+    def test_damaged_folders_are_named(self, capsys: pytest.CaptureFixture[str]) -> None:
+        train = ["train", "F A", *SMALL_WORLD, "--agent", "q-learning", "--steps", "2000", "--out", "done", "--quiet"]
+        assert run(train) == 0
+        Path("done/metrics.csv").write_text("")
+        assert run(["train", "--resume", "--out", "done"]) != 0
+        assert "metrics.csv has no rows; begin anew with --force" in capsys.readouterr().err
+        config = json.loads(Path("done/config.json").read_text())
+        for key, wrong in (("num_envs", "a"), ("parameters", []), ("reward", 3)):
+            Path("done/config.json").write_text(json.dumps(config | {key: wrong}))
+            assert run(["evaluate", "done"]) == 2
+            assert f"{key} is {wrong!r}" in capsys.readouterr().err
+
     def test_no_policy(self, capsys: pytest.CaptureFixture[str]) -> None:
         options = ["--agent", "wang", "--hyper", "accuracy=0.2", "--out", "none"]
         assert run(["train", "G !A & F A", *SMALL_WORLD, *options]) == 1
         assert "the learned product has no accepting end component" in capsys.readouterr().err
         assert json.loads(Path("none/result.json").read_text())["learned"] is None
+        assert run(["train", "G !A & F A", *SMALL_WORLD, *options, "--force", "--json"]) == 1
+        assert json.loads(capsys.readouterr().out)["learned"] is None
         assert run(["evaluate", "none"]) == 2
         assert "holds no policy" in capsys.readouterr().err
 

@@ -12,6 +12,7 @@ from scipy import sparse
 from suite_tasks import DOWN, LEFT, RIGHT, STAY, UP, grid, intended
 from test_mdp_properties import random_mdp, storm_value
 
+from ltlc import compile
 from ltlc.cli.verdicts import between
 from ltlc.mdp import LabelledMDP, Product, max_reachability, max_satisfaction_probability, satisfaction_probability
 from ltlc.mdp.certified import best_policy
@@ -205,6 +206,18 @@ def test_the_walk_of_a_gambler(seed):
     assert all(Fraction(x) <= p + Fraction(1, 10**15) for x, p in zip(reach.lower.tolist(), exact, strict=True))
     assert all(Fraction(x) >= p - Fraction(1, 10**15) for x, p in zip(reach.upper.tolist(), exact, strict=True))
     assert (reach.upper - reach.lower).max() < 1e-9
+
+
+@pytest.mark.parametrize("winning", [3, 8])
+def test_bounds_hold_for_a_random_first_state(winning):
+    labels = dict.fromkeys(range(winning), "a")
+    world = LabelledMDP.from_arrays(np.eye(10)[None], aps=("a",), labels=labels, initial_distribution=np.full(10, 0.1))
+    truth = winning * Fraction(0.1)
+    product = Product(world, compile("F a"))
+    policy = np.zeros(product.n_states, dtype=np.int64)
+    for bounds in (max_satisfaction_probability(product), satisfaction_probability(product, policy)):
+        assert Fraction(bounds.lower) <= truth <= Fraction(bounds.upper)
+        assert bounds.upper - bounds.lower < 1e-13
 
 
 @pytest.mark.parametrize("side", [10, 20])

@@ -182,7 +182,10 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
         return complain(f"interrupted after {result.steps} of {total} steps; {what}", code=130)
     if result.agent is None:
         seconds = round(result.seconds, 3)
-        run.write_result({"agent": run.config.agent, "steps": result.steps, "seconds": seconds, "learned": None})
+        nothing = {"agent": run.config.agent, "steps": result.steps, "seconds": seconds, "learned": None}
+        run.write_result(nothing)
+        if json_:
+            print(json.dumps({"folder": str(run.path), **nothing}, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
     verdict = conclude.judge_run(run, result.agent)
     values = {

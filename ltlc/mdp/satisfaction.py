@@ -60,10 +60,7 @@ def max_satisfaction_probability(
     components = accepting_end_components(product)
     inside = accepting_choices(product, components)
     reach = max_reachability(product, inside >= 0, method=method, precision=precision, max_iterations=max_iterations)
-    start = product.initial
-    # a weighted sum of exact ones must stay an exact one
-    exact = bool((reach.value[start > 0] == 1).all())
-    lower, value, upper = (1.0 if exact else float(start @ bound) for bound in (reach.lower, reach.value, reach.upper))
+    lower, value, upper = _from_start(product.initial, reach.lower, reach.value, reach.upper)
     policy = product.choice_action[np.where(inside >= 0, inside, reach.choice)]
     return MaxSatisfaction(value, lower, upper, reach.value, reach.lower, reach.upper, policy, components)
 
@@ -107,7 +104,18 @@ def satisfaction_probability(product: Product, policy: npt.ArrayLike) -> PolicyS
     accepting = np.zeros(product.n_states, dtype=np.bool_)
     accepting[inside] = accepted[number]
     reach = absorption(chain, accepting)
-    start = product.initial
-    exact = bool((reach.value[start > 0] == 1).all())
-    lower, value, upper = (1.0 if exact else float(start @ bound) for bound in (reach.lower, reach.value, reach.upper))
+    lower, value, upper = _from_start(product.initial, reach.lower, reach.value, reach.upper)
     return PolicySatisfaction(value, lower, upper, reach.value, reach.lower, reach.upper, accepting)
+
+
+def _from_start(
+    initial: FloatArray, lower: FloatArray, value: FloatArray, upper: FloatArray
+) -> tuple[float, float, float]:
+    """The means over the first state, the bounds rounded outwards; exact where all values are alike."""
+    bounds = np.stack((lower, value, upper))[:, initial > 0]
+    if (bounds == bounds[:, :1]).all():  # a mean of equal ones must stay what they are
+        least, mean, most = bounds[:, 0].tolist()
+        return least, mean, most
+    slack = float((bounds.shape[1] + 8) * np.finfo(np.float64).eps)
+    least, mean, most = (float(initial @ bound) for bound in (lower, value, upper))
+    return least * (1 - slack), mean, min(most * (1 + slack), 1.0)
