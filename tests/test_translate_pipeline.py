@@ -6,13 +6,13 @@ import hashlib
 import os
 import subprocess
 import sys
-from itertools import combinations
+from itertools import combinations, count
 from pathlib import Path
 
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton, merge_by_trial
+from ltlc.automata import RabinAutomaton, equivalent, merge_by_trial
 from ltlc.automata.rabin import Acceptance
 from ltlc.errors import (
     AlphabetLimitExceeded,
@@ -156,7 +156,7 @@ def test_formulas_that_are_nested_too_deeply_end_by_a_limit(text: str) -> None:
 
 def test_hard_formulas_end_by_a_limit() -> None:
     with pytest.raises(LimitExceeded):
-        translate(parse(HARD), max_states=300, timeout=0.3)
+        translate(parse(HARD), max_states=300, timeout=0.02)
 
 
 def test_a_limit_on_one_construction_does_not_stop_the_others() -> None:
@@ -254,14 +254,29 @@ def test_registry() -> None:
 
 
 def test_merging_by_trial_can_be_stopped() -> None:
-    calls: list[int] = []
-
-    def check() -> None:
-        calls.append(len(calls))
-        if len(calls) == 3:
-            raise TimeoutError
-
     automaton = translate(parse("G F(a & X b) & G F(c & X d)"), acceptance="transition", effort="fast")
-    with pytest.raises(TimeoutError):
-        merge_by_trial(automaton, check=check)
+    assert merge_by_trial(automaton, go_on=lambda: False).n_states == automaton.n_states
     assert merge_by_trial(automaton).n_states < automaton.n_states
+
+
+def test_components_answer_the_same_when_they_are_asked_again() -> None:
+    formula = parse("X X(F c -> b) <-> X F(G b xor a)")  # its closure learns atoms between two explorations
+    automaton = translate(formula, acceptance="transition")
+    assert equivalent(automaton, translate(formula, acceptance="transition", translator="safra"))
+
+
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
+def test_what_is_found_is_kept_when_the_time_is_over(monkeypatch: pytest.MonkeyPatch, acceptance: Acceptance) -> None:
+    clock = count()
+    monkeypatch.setattr("ltlc.translate.budget.time.monotonic", lambda: next(clock))
+    formula = parse("G F(a & X X b) & F G(c | X d)")
+    automaton = translate(formula, acceptance=acceptance, timeout=30)
+    assert next(clock) > 30
+    assert equivalent(automaton, translate(formula, acceptance=acceptance))
+
+
+def test_the_limit_on_states_holds_for_the_result() -> None:
+    formula = parse("(G F p1 | F G p2) & (G F p2 | F G p3)")
+    assert translate(formula, acceptance="transition", max_states=2).n_states == 2
+    with pytest.raises(StateLimitExceeded, match="more than 2 states"):
+        translate(formula, max_states=2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import numpy as np
 import pytest
 from random_automata import random_automata
 
@@ -140,3 +141,12 @@ def test_missing_package_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setitem(sys.modules, "pysat.solvers", None)
     with pytest.raises(MissingProgramError, match=r'pip install "ltlc\[sat\]"'):
         minimize(compiled("F G (a | X X b)"))
+
+
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
+def test_an_automaton_without_pairs_is_minimized(acceptance: Acceptance) -> None:
+    marks = np.zeros((0, 2) if acceptance == "state" else (0, 2, 2), dtype=bool)
+    automaton = RabinAutomaton(
+        ("a",), np.array([[0, 1], [1, 0]]), np.array([0, 1]), marks, marks, acceptance=acceptance
+    )
+    assert minimize(automaton).automaton.n_states == collapse(automaton).automaton.n_states == 1

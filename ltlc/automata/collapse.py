@@ -85,7 +85,7 @@ def given(automaton: RabinAutomaton, part: Part) -> Structure:
         fin, inf = automaton.fin[:, states], automaton.inf[:, states]
     else:
         tables = (table[:, states][:, :, columns] for table in (automaton.fin, automaton.inf))
-        fin, inf = (table.reshape(automaton.n_pairs, -1) for table in tables)
+        fin, inf = (table.reshape(automaton.n_pairs, len(states) * len(columns)) for table in tables)
     pairs = [LabelPair(_mask(f), _mask(i)) for f, i in zip(fin, inf, strict=True)]
     return Structure(part.residual_of, part.delta, tuple(pairs))
 

@@ -13,21 +13,21 @@ from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.retarget import EFFORT, merge_by_trial, no_limit
+from ltlc.automata.retarget import EFFORT, always, merge_by_trial
 
 
-def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT, check: Callable[[], None] = no_limit) -> RabinAutomaton:
+def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT, go_on: Callable[[], bool] = always) -> RabinAutomaton:
     """`settled`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
-        check: see `merge_by_trial`.
+        go_on: see `merge_by_trial`.
     """
     result = settled(automaton)
     if effort <= 0 or is_smallest(result):
         return result
-    smaller = merge_by_trial(result, effort, check)
+    smaller = merge_by_trial(result, effort, go_on)
     return result if smaller.n_states == result.n_states else settled(smaller)
 
 

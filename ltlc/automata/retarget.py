@@ -21,12 +21,13 @@ _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 
 
-def no_limit() -> None:
-    """The check that never fails."""
+def always() -> bool:
+    """There is no limit."""
+    return True
 
 
 def merge_by_trial(
-    automaton: RabinAutomaton, effort: int = EFFORT, check: Callable[[], None] = no_limit
+    automaton: RabinAutomaton, effort: int = EFFORT, go_on: Callable[[], bool] = always
 ) -> RabinAutomaton:
     """Replace states by others with the same language, as long as the automaton keeps its language.
 
@@ -37,7 +38,7 @@ def merge_by_trial(
     Args:
         automaton: any Rabin automaton.
         effort: number of product edges after which no more is tried; 0 tries nothing.
-        check: called before each attempt; what it raises ends the search.
+        go_on: asked before each attempt; no ends the search, and what is merged stays so.
     """
     current = canonical(automaton)
     if effort <= 0:
@@ -53,7 +54,8 @@ def merge_by_trial(
                 return current
             if _refuted(current, old, new, words):
                 continue
-            check()
+            if not go_on():
+                return current
             effort -= current.n_states * current.n_classes
             attempt = _redirected(current, old, new)
             found = distinguishing_letters(attempt, current)

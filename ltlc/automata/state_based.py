@@ -15,7 +15,7 @@ from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.reduce import reduce, settled
-from ltlc.automata.retarget import EFFORT, no_limit
+from ltlc.automata.retarget import EFFORT, always
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
@@ -29,7 +29,7 @@ def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
 
 
 def to_state_based(
-    automaton: RabinAutomaton, *, effort: int = EFFORT, check: Callable[[], None] = no_limit
+    automaton: RabinAutomaton, *, effort: int = EFFORT, go_on: Callable[[], bool] = always
 ) -> RabinAutomaton:
     """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
@@ -42,20 +42,18 @@ def to_state_based(
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`.
-        check: called between the steps, and as by `merge_by_trial`.
+        go_on: asked before the second attempt, and as by `merge_by_trial`.
     """
     if automaton.acceptance == "state":
-        return reduce(automaton, effort=effort, check=check)
+        return reduce(automaton, effort=effort, go_on=go_on)
     simple = simplify_marks(canonical(automaton))
     marks: dict[Edge, int] = {}
     for component in components(simple):
         marks.update(_even_marks(component))
-    check()
     best = settled(_split(simple, marks))
-    check()
-    if not is_smallest(best):
+    if go_on() and not is_smallest(best):
         best = min(best, settled(_split(simple, marks, once=True)), key=lambda a: a.n_states)
-    return reduce(best, effort=effort, check=check)
+    return reduce(best, effort=effort, go_on=go_on)
 
 
 def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:

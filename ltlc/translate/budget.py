@@ -36,14 +36,22 @@ class Budget:
         """Seconds left, at least 0, or None for no limit."""
         return None if self._deadline is None else max(0.0, self._deadline - time.monotonic())
 
+    def has_time(self) -> bool:
+        """Whether the time is not over."""
+        return self._deadline is None or time.monotonic() <= self._deadline
+
     def check_size(self, n_states: int) -> None:
+        """Raise StateLimitExceeded if `n_states` is too many; and `check_time`."""
+        self.check_states(n_states)
+        self.check_time()
+
+    def check_states(self, n_states: int) -> None:
         """Raise StateLimitExceeded if `n_states` is too many."""
         if n_states > self.max_states:
             raise StateLimitExceeded(
                 f"{self.name} needs more than {self.max_states} states: raise the limit (--max-states, max_states=)"
                 " or split the formula"
             )
-        self.check_time()
 
     def check_moves(self, n_moves: int) -> None:
         """Raise StateLimitExceeded if one state has so many moves that the limit on states would not help."""
@@ -52,7 +60,7 @@ class Budget:
 
     def check_time(self) -> None:
         """Raise TimeLimitExceeded if the time is over."""
-        if self._deadline is not None and time.monotonic() > self._deadline:
+        if not self.has_time():
             raise TimeLimitExceeded(
                 f"{self.name} is not translated after {self.timeout:g} s: raise the limit (--timeout, timeout=)"
             )

@@ -219,7 +219,7 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
     if automaton.is_weak:
         accepting = [condition == ALWAYS for condition in automaton.acceptance]
         weak_edges = [
-            [Edge(e.letters, e.target, accepting[q] and component[e.target] == component[q]) for e in out]
+            [Edge(e.letters, e.target, int(accepting[q] and component[e.target] == component[q])) for e in out]
             for q, out in enumerate(automaton.edges)
         ]
         return _as_arrays(weak_edges, 1, letters)

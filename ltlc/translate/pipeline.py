@@ -130,6 +130,7 @@ def translate(
             f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by sys.setrecursionlimit"
         ) from None
     automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
+    budget.check_states(automaton.n_states)
     if effort == "best":
         seconds = _SAT_SECONDS if budget.remaining is None else min(_SAT_SECONDS, budget.remaining)
         automaton = minimize(automaton, timeout=seconds).automaton
@@ -143,14 +144,17 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, check=budget.check_time)
+    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, go_on=budget.has_time)
     if automaton.n_pairs == 1:
         return canonical(split(automaton))
     # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
     closure = problem.closure(budget)
-    emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-    chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
-    if sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
+    try:
+        emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
+        chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+    except TimeLimitExceeded:
+        return canonical(split(automaton))
+    if budget.has_time() and sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
         chain = min(split(automaton), chain, key=lambda a: a.n_states)
     return canonical(chain)
 
@@ -241,7 +245,7 @@ def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bo
             automaton = collapsed.automaton
     budget.check_time()
     if automaton.n_states > least:
-        merged = merge_by_trial(automaton, check=budget.check_time)
+        merged = merge_by_trial(automaton, go_on=budget.has_time)
         if merged.n_states < automaton.n_states:
             automaton = settled(merged)
     return found._replace(automaton=automaton, least=least)

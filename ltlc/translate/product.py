@@ -18,7 +18,7 @@ from functools import reduce
 from ltlc import graph
 from ltlc.translate.bitset import bits
 from ltlc.translate.budget import Budget
-from ltlc.translate.components import Component
+from ltlc.translate.components import Component, Successors
 from ltlc.translate.emerson_lei import (
     ALWAYS,
     NEVER,
@@ -55,6 +55,7 @@ class _Product:
         self.budget = budget
         self.letters = letters
         self._condition: dict[tuple[Skeleton, tuple[tuple[int, Acceptance], ...]], Acceptance] = {}
+        self._ways: dict[tuple[int, Hashable], Successors] = {}
         self.stable = sum(1 << i for i, c in enumerate(components) if c.stable)
         self._first_mark = [sum(c.n_marks for c in components[:i]) for i in range(len(components))]
 
@@ -94,7 +95,7 @@ class _Product:
         partial: list[tuple[int, list[Hashable], int]] = [(self.letters, list(states), 0)]
         for i in bits(relevant & ~resting):
             shift = self._first_mark[i]
-            ways = self.components[i].successors(states[i])
+            ways = self._successors(i, states[i])
             partial = [
                 (common, [*targets[:i], target, *targets[i + 1 :]], marks | more << shift)
                 for letters, targets, marks in partial
@@ -103,6 +104,14 @@ class _Product:
             ]
             self.budget.check_moves(len(partial))
         return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
+
+    def _successors(self, component: int, state: Hashable) -> Successors:
+        """Asked once: the closure learns atoms on the way, and could write a later answer with other obligations."""
+        key = (component, state)
+        known = self._ways.get(key)
+        if known is None:
+            known = self._ways[key] = self.components[component].successors(state)
+        return known
 
     def condition(self, state: ProductState) -> Acceptance:
         """The acceptance condition while the skeleton and the components' strong components stay as they are."""
