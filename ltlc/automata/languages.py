@@ -12,8 +12,6 @@ from ltlc import graph
 from ltlc.automata.emptiness import accepting_nodes, exactly_one
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
 
-BoolArray = npt.NDArray[np.bool_]
-
 MAX_PRODUCT_EDGES = 500_000
 """bound on the product in which states of the same language are looked for."""
 _SMALL_AUTOMATON = 200
@@ -148,12 +146,12 @@ def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs:
     return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
 
 
-def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
+def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> graph.BoolArray:
     """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
     rows = np.arange(len(target))[:, None]
     for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
         target, seen = target[rows, target], seen | seen[rows, target]
     on_cycle = seen[rows, target]
     pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
-    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
+    accepted: graph.BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
     return accepted

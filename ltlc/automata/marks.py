@@ -121,7 +121,7 @@ class Component:
         kept = list(range(len(pairs)))
         for i in reversed(range(len(pairs))):
             others = tuple(Some((Inf(2 * j), Fin(2 * j + 1))) for j in kept if j != i)
-            if not renamed.on_cycles(All((Fin(2 * i), Inf(2 * i + 1), *others)), set(by_new_marks)):
+            if not renamed.on_cycles(All((Fin(2 * i), Inf(2 * i + 1), *others))):
                 kept.remove(i)
         return [pairs[i] for i in kept]
 
@@ -155,20 +155,19 @@ class Component:
             found = {edge for edge in self.edges if edge[1] in targets}
         return found
 
-    def on_cycles(self, condition: Condition, edges: set[Edge]) -> set[Edge]:
-        """The edges on a cycle, among these, that satisfies the condition; or all edges into such states."""
+    def on_cycles(self, condition: Condition) -> set[Edge]:
+        """The edges on a cycle that satisfies the condition; with marks on states, all edges into such states."""
         index = {node: i for i, node in enumerate(self.nodes)}
         rows: list[list[tuple[int, int]]] = [[] for _ in self.nodes]
         for edge in self.edges:
-            if edge in edges:
-                rows[index[edge[0]]].append((index[edge[1]], edge[2]))
+            rows[index[edge[0]]].append((index[edge[1]], edge[2]))
         targets: set[int] = set()
         found: set[Edge] = set()
         for part in accepting_parts(rows, condition):
             inside = {self.nodes[i] for i in part.nodes}
             targets |= inside
             if not self.on_states:
-                found |= {e for e in edges if e[0] in inside and e[1] in inside and not e[2] & part.avoided}
+                found |= {e for e in self.edges if e[0] in inside and e[1] in inside and not e[2] & part.avoided}
         return {edge for edge in self.edges if edge[1] in targets} if self.on_states else found
 
 

@@ -252,7 +252,7 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
 def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], parity: bool) -> Memory:
     condition = automaton.acceptance[members[0]]
     counters = Counters(condition)
-    if counters.size(members) == len(members) and not (parity and len(condition) > 1):
+    if counters.is_constant and not (parity and len(condition) > 1):
         return counters
     inner = [
         InnerEdge(q, e.target, e.marks)
