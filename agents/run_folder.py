@@ -30,7 +30,7 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.mdp.verdict import Judge
-from ltlc.rewards import OnDeadlock, get_scheme
+from ltlc.rewards import RECOMMENDED, OnDeadlock, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
@@ -56,7 +56,7 @@ class RunConfig:
     """Everything that a training run depends on, but for the automaton."""
 
     setting: Setting
-    reward: str = "thesis"
+    reward: str = RECOMMENDED
     """name of the reward scheme."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """of the reward scheme, `shaping` included; the others have their defaults."""

@@ -126,6 +126,7 @@ def reproduce(
     total = steps or experiment.steps
     config = RunConfig(
         setting=Setting(env=experiment.env, initial_label="skip"),
+        reward="thesis",
         # a network, as in the thesis, though a table would do
         hyperparameters=DQNConfig(hidden=(256,), total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
     )

@@ -92,7 +92,7 @@ def vector_steps(env: gym.vector.VectorEnv, steps: int) -> Callable[[], int]:
 def measure(rounds: int) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for name in FORMULAS:
-        task = Task(recorded_automaton(name))
+        task = Task(recorded_automaton(name), reward="thesis")
         for mode in ("dict", "flat", "index", "none"):
             bare, wrapped = best(
                 rounds,

@@ -5,7 +5,7 @@
     python benchmarks/suite.py gate devious --seeds 1 --json suite.json
     python benchmarks/suite.py --exact --storm           # beside Storm, where stormpy is installed
 
-The agent is `DQNConfig()`, rewarded by `ltlc.rewards.FAITHFUL` as it comes: one configuration and one scheme for all
+The agent is `DQNConfig()`, rewarded by `ltlc.rewards.RECOMMENDED` as it comes: one configuration and one scheme for all
 tasks. It knows the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that its
 greedy policy satisfies the formula. It learns the tasks whose product has at most 2000 states.
 """
@@ -37,7 +37,7 @@ from ltlc.ltl import parse, to_text
 from ltlc.mdp import Product, max_satisfaction_probability, write_explicit
 from ltlc.mdp.reachability import distance_to
 from ltlc.mdp.verdict import Judge
-from ltlc.rewards import FAITHFUL
+from ltlc.rewards import RECOMMENDED
 
 NUM_ENVS = 512
 EPISODE_STEPS = 200
@@ -104,7 +104,7 @@ def exact(task: SuiteTask, *, storm: bool = False) -> Exact:
 def learn(task: SuiteTask, seed: int, maximum: float, **changes: object) -> Learned:
     """Train the bundled agent as it comes, and judge what it has learned."""
     automaton = automaton_of(task)
-    goal = Task(automaton, FAITHFUL)
+    goal = Task(automaton, RECOMMENDED)
     world = ModelWorld(task.model, NUM_ENVS, EPISODE_STEPS)
     config = dataclasses.replace(DQNConfig(), seed=seed, **changes)  # type: ignore[arg-type]
     wall, cpu = time.perf_counter(), time.process_time()

@@ -11,7 +11,7 @@ from ltlc.automata.rabin import Acceptance
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import Formula
-from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables, get_scheme
+from ltlc.rewards import RECOMMENDED, OnDeadlock, RewardScheme, RewardTables, get_scheme
 
 
 class Task:
@@ -26,7 +26,7 @@ class Task:
 
     Args:
         formula: a formula, its text, or a Rabin automaton.
-        reward: a scheme, or its name in `ltlc.rewards.SCHEMES`.
+        reward: a scheme, or its name in `ltlc.rewards.SCHEMES`; by default `ltlc.rewards.RECOMMENDED`.
         shaping: potential of an accepting cycle for shaping by distance to acceptance, if `reward` is a name; 0: none.
         on_deadlock: what follows a violation: "stay", "initial" or "terminate"; by default what the scheme says.
         hold: a proposition on which the automaton stands still, for environments whose sensors sometimes say nothing
@@ -49,7 +49,7 @@ class Task:
     def __init__(
         self,
         formula: Formula | str | RabinAutomaton,
-        reward: str | RewardScheme = "thesis",
+        reward: str | RewardScheme = RECOMMENDED,
         *,
         shaping: float = 0.0,
         on_deadlock: OnDeadlock | None = None,

@@ -45,7 +45,7 @@ from ltlc.mdp import expected_return, expected_steps, expected_violations
 from ltlc.task import Task
 
 MAP = "S..\n.C.\nA.B"
-TASK = Task("F(A & F B) & G !C", on_deadlock="stay")
+TASK = Task("F(A & F B) & G !C", reward="thesis", on_deadlock="stay")
 QUICK: dict[str, Any] = {
     "hidden": (32,), "batch_size": 256, "buffer_size": 20_000, "learning_starts": 256, "epsilon_steps": 2_000,
     "total_steps": 6_000, "log_every": 1_000, "checkpoint_every": 2_500, "learning_rate": 3e-3, "averaging": 0.02,
@@ -197,6 +197,7 @@ SCRIPT = """
     import ltlc.atomic
     from ltlc.agents import DQNConfig, train
     from ltlc.envs import LTLVectorWrapper, VectorGridWorld
+    from ltlc.task import Task
 
     true_replace, writes = os.replace, []
 
@@ -207,7 +208,7 @@ SCRIPT = """
         true_replace(source, target)
 
     os.replace = replace
-    env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), "F A")
+    env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), Task("F A", reward="thesis"))
     config = DQNConfig(hidden=(8,), batch_size=8, buffer_size=500, learning_starts=0, total_steps=3_000,
                        checkpoint_every=1_000, log_every=500)
     train(env, config, folder=sys.argv[1])
@@ -221,7 +222,7 @@ def test_kill_during_a_checkpoint_leaves_the_previous_one(tmp_path: Path) -> Non
     environment = os.environ | {"PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, str(script), str(tmp_path / "run")], env=environment, check=False)
     assert done.returncode == -signal.SIGKILL
-    env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), "F A")
+    env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), Task("F A", reward="thesis"))
     seen: list[int] = []
     resumed = train(env, folder=tmp_path / "run", resume=True, callback=lambda p: seen.append(p.row.steps))
     assert seen[0] == 1_500 and resumed.steps >= 3_000
@@ -437,7 +438,7 @@ def test_greedy_policy_needs_a_list_of_observations() -> None:
 
 @pytest.mark.slow
 def test_thesis_task_phi_3_is_solved_within_one_percent() -> None:
-    task = Task(recorded_automaton("phi_3"))
+    task = Task(recorded_automaton("phi_3"), reward="thesis")
     env = thesis_vector_world("5x5", 64, max_episode_steps=500)
     wrapped = LTLVectorWrapper(env, task, initial_label="skip", extra_labels="ignore")
     result = train(wrapped, DQNConfig(total_steps=60_000, batch_size=512))

@@ -450,7 +450,7 @@ class TestReproduce:
 
 def test_what_the_states_of_the_thesis_wait_for() -> None:
     setting = Setting(env="ltlc/Thesis10x10-v0", initial_label="skip")
-    task = Task(recorded_automaton("phi_1"))
+    task = Task(recorded_automaton("phi_1"), reward="thesis")
     assert setting.model is not None
     judge = Judge(setting.model, task.automaton, task.tables, initial_label="skip")
     waits = waits_for(task.automaton, judge.letter_classes)

@@ -72,7 +72,7 @@ def test_worlds_automata_and_rewards_of_the_thesis_meet_its_exact_optima(
 ) -> None:
     """Return, steps and entries into C of the optimal policy (discount 0.99), undiscounted."""
     world = thesis_world(size, dynamic=dynamic, miss=miss)
-    task = Task(recorded_automaton(name), hold="hold" if miss == "hold" else None)
+    task = Task(recorded_automaton(name), reward="thesis", hold="hold" if miss == "hold" else None)
     product = RewardProduct(labelled_mdp(world), task.tables, initial_label="skip")
     policy = optimal_return(product).policy
     assert expected_return(product, policy, discount=1) == pytest.approx(value, abs=0.05)
@@ -84,7 +84,9 @@ def test_worlds_automata_and_rewards_of_the_thesis_meet_its_exact_optima(
                                                      ("phi_4", "5x5", -304), ("phi_4", "10x10", -424)])  # fmt: skip
 def test_optima_without_noise(name: str, size: str, value: float) -> None:
     product = RewardProduct(
-        labelled_mdp(thesis_world(size, slip=0.0)), Task(recorded_automaton(name)).tables, initial_label="skip"
+        labelled_mdp(thesis_world(size, slip=0.0)),
+        Task(recorded_automaton(name), reward="thesis").tables,
+        initial_label="skip",
     )
     assert expected_return(product, optimal_return(product).policy, discount=1) == pytest.approx(value)
 

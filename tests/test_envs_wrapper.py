@@ -69,7 +69,7 @@ def test_the_first_label_is_read_unless_skipped() -> None:
 
 
 def test_a_violation_is_paid_for_and_forgiven() -> None:
-    env = LTLWrapper(GridWorld(("S.x",), actions=4), Task("G !x & F G !x"))
+    env = LTLWrapper(GridWorld(("S.x",), actions=4), Task("G !x & F G !x", reward="thesis"))
     before, _ = env.reset()
     env.step(1)
     after, reward, terminated, _, info = env.step(1)

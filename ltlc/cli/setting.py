@@ -45,8 +45,15 @@ InitialLabel = Annotated[
     typer.Option("--initial-label", help="Whether the automaton reads the label of the first observation."),
 ]
 Reward = Annotated[
-    str,
-    typer.Option("--reward", "-r", metavar="NAME", help="A scheme from 'ltlc rewards'.", autocompletion=_scheme_names),
+    str | None,
+    typer.Option(
+        "--reward",
+        "-r",
+        metavar="NAME",
+        help="A scheme from 'ltlc rewards'.",
+        show_default="the recommended one",
+        autocompletion=_scheme_names,
+    ),
 ]
 Parameters = Annotated[
     list[str] | None,

@@ -28,7 +28,7 @@ def solve(
     labels: setting.Labels = None,
     env_set: setting.EnvArguments = None,
     initial_label: setting.InitialLabel = "read",
-    reward: setting.Reward = "thesis",
+    reward: setting.Reward = None,
     set_: setting.Parameters = None,
     gamma: Annotated[
         float | None, typer.Option("--gamma", metavar="X", help="Short for --set gamma=X.", show_default="the scheme's")
@@ -57,10 +57,11 @@ def solve(
       ltlc solve "!C U A" --env ltlc/Thesis10x10-v0 --prism check
     """
     from ltlc.mdp.verdict import Judge
-    from ltlc.rewards import get_scheme
+    from ltlc.rewards import RECOMMENDED, get_scheme
     from ltlc.task import Task
 
     parameters = setting.assignments(set_, "--set") | ({} if gamma is None else {"gamma": gamma})
+    reward = reward or RECOMMENDED
     scheme = get_scheme(reward, **parameters)
     task = Task(setting.automaton_of(formula, acceptance, translator), scheme, on_deadlock=on_deadlock)
     place = setting.setting_of(env, labels, env_set, initial_label=initial_label)

@@ -31,7 +31,7 @@ def train(
     env_set: setting.EnvArguments = None,
     episode_steps: setting.EpisodeSteps = None,
     initial_label: setting.InitialLabel = "read",
-    reward: setting.Reward = "thesis",
+    reward: setting.Reward = None,
     set_: setting.Parameters = None,
     on_deadlock: setting.OnDeadlock = None,
     acceptance: flags.Acceptance = "state",
@@ -60,7 +60,7 @@ def train(
     ] = None,
     config: Annotated[
         Literal["default", "thesis"],
-        typer.Option("--config", "-c", help="Hyperparameters that double-dqn starts from."),
+        typer.Option("--config", "-c", help="What double-dqn starts from; thesis: also its rewards."),
     ] = "default",
     out: Annotated[
         str | None,
@@ -84,6 +84,8 @@ def train(
       ltlc train "F(A & F B)" --env ltlc/Thesis5x5-v0 --agent fu-topcu --hyper accuracy=0.05
       ltlc train --resume --out runs/f-a-f-b-g-c-thesis10x10-v0-0
     """
+    from ltlc.rewards import RECOMMENDED
+
     folders = import_module("ltlc.agents.run_folder")
     if formula is None or env is None:
         if not resume or out is None:
@@ -97,7 +99,7 @@ def train(
         given = setting.assignments(hyper, "--hyper")
         wanted = folders.RunConfig(
             setting=place,
-            reward=reward,
+            reward=reward or ("thesis" if config == "thesis" else RECOMMENDED),
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
             num_envs=num_envs,

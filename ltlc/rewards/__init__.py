@@ -1,8 +1,8 @@
 """Reward schemes: from a deterministic Rabin automaton to tables of rewards and discounts."""
 
-from ltlc.rewards.registry import FAITHFUL, SCHEMES, get_scheme
+from ltlc.rewards.registry import RECOMMENDED, SCHEMES, get_scheme
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme
 from ltlc.rewards.shaping import Shaped, shape
 from ltlc.rewards.tables import RewardTables
 
-__all__ = ["FAITHFUL", "SCHEMES", "OnDeadlock", "RewardScheme", "RewardTables", "Shaped", "get_scheme", "shape"]
+__all__ = ["RECOMMENDED", "SCHEMES", "OnDeadlock", "RewardScheme", "RewardTables", "Shaped", "get_scheme", "shape"]

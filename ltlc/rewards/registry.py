@@ -25,9 +25,9 @@ _ALL = (Thesis, ThesisCode, Sadigh, Accept, ZetaReach, ZetaDiscount, TwoDiscount
 SCHEMES: Mapping[str, type[RewardScheme]] = MappingProxyType({scheme.name: scheme for scheme in _ALL})
 """every scheme, by the name that `get_scheme`, `Task` and the command line know."""
 
-FAITHFUL = TwoDiscount.name
-"""the scheme to take, as it comes, where the probability of satisfaction is what counts: in the limit its optimum
-maximises it for every formula, its values lie in [0, 1], and its discount prefers the shorter of two ways."""
+RECOMMENDED = TwoDiscount.name
+"""the scheme that is taken where none is named: in the limit its optimum maximises the probability of satisfaction for
+every formula, its values lie in [0, 1], and its discount prefers the shorter of two ways."""
 
 
 def get_scheme(name: str, *, shaping: float = 0.0, **parameters: Any) -> RewardScheme:
