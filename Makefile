@@ -34,6 +34,9 @@ clean:  ## remove the environment and everything built
 $(INSTALLED): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "ltlc needs Python 3.11 or newer, as python3 or by make PYTHON=/path/to/python"; exit 1; }
 	@test -x $(BIN)/python || { echo "creating $(VENV) ..."; $(PYTHON) -m venv $(VENV); }
-	@echo "installing ltlc and its dependencies into $(VENV) (once) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@echo "installing ltlc and its dependencies into $(VENV) (once; PyTorch is by far the largest) ..."
+	@$(BIN)/python -m pip install --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt graphviz-pure || \
+		echo "no graphviz-pure for this system: pictures of automata need Graphviz (dot)"
+	@echo "installed."
 	@touch $@

@@ -59,7 +59,7 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
 
 
 def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:
-    """Draw what can be drawn: the curve, the policy where there is a map, the automaton where there is Graphviz."""
+    """Draw what can be drawn: the curve, the policy where there is a map, the automaton where a program can draw it."""
     drawn = [run.draw_automaton(), draw_curve(run, judge), _draw_policy(run, agent, judge)]
     return [path for path in drawn if path is not None]
 

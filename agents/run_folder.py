@@ -8,7 +8,7 @@ policy.ltlc       what has been learned
 result.json       the verdict
 policy.png        the policy on the map, one panel per automaton state (environments with a map)
 curve.png         return over the steps
-dra.svg           the automaton (where Graphviz is installed)
+dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
 """
 
 from __future__ import annotations
@@ -274,7 +274,7 @@ class RunFolder:
         return self._write_json(RESULT_FILE, result)
 
     def draw_automaton(self) -> Path | None:
-        """Write dra.svg, or nothing where Graphviz is not installed."""
+        """Write dra.svg, or nothing where nothing that draws is installed."""
         try:
             return formats.render(self.automaton, self.path / AUTOMATON_PICTURE)
         except MissingProgramError:

@@ -61,7 +61,7 @@ class DRA(RabinAutomaton):
 
         Raises:
             InvalidArgumentError: the suffix is not one of those above.
-            MissingProgramError: a picture needs the `dot` program of Graphviz; the .dot file is written instead.
+            MissingProgramError: nothing that draws pictures is installed; the .dot file is written instead.
             OSError: the folder is missing, not writable or full.
         """
         return formats.write(self, path)
@@ -86,12 +86,12 @@ class DRA(RabinAutomaton):
         """The picture.
 
         Raises:
-            MissingProgramError: Graphviz is not installed.
+            MissingProgramError: nothing that draws is installed.
         """
         return draw(self.to_dot(), "svg").decode("utf-8")
 
     def _repr_svg_(self) -> str | None:
-        """The picture for a notebook, or None where there is no Graphviz or too much to see."""
+        """The picture for a notebook, or None where nothing that draws is installed or there is too much to see."""
         try:
             return self.to_svg() if self.n_states <= NOTEBOOK_STATES else None
         except MissingProgramError:

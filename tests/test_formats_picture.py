@@ -42,11 +42,17 @@ def two_pairs() -> RabinAutomaton:
     )
 
 
-def needs_dot() -> None:
+@pytest.fixture(params=["dot", "graphviz-pure"])
+def program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What draws: the program `dot`, or the package where there is no such program."""
+    name: str = request.param
+    if name == "graphviz-pure":
+        request.getfixturevalue("monkeypatch").setenv("PATH", str(tmp_path_factory.mktemp("no_programs")))
     try:
         draw("digraph { a }", "svg")
     except MissingProgramError:
-        pytest.skip("Graphviz is not installed")
+        pytest.skip(f"{name} is not installed")
+    return name
 
 
 def words(svg: str) -> str:
@@ -105,8 +111,7 @@ def odd_automaton(name: str) -> RabinAutomaton:
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_any_name_can_be_drawn(name: str) -> None:
-    needs_dot()
+def test_any_name_can_be_drawn(name: str, program: str) -> None:
     svg = draw(to_dot(odd_automaton(name)), "svg").decode()
     assert svg.count("<ellipse") >= 2
 
@@ -149,15 +154,13 @@ def test_text_does_not_change_between_runs() -> None:
         assert to_mermaid(automaton) == to_mermaid(automaton)
 
 
-def test_svg_has_the_formula_the_guards_and_the_legend(tmp_path: Path) -> None:
-    needs_dot()
+def test_svg_has_the_formula_the_guards_and_the_legend(tmp_path: Path, program: str) -> None:
     shown = words(render(three_states(), tmp_path / "a.svg").read_text("utf-8"))
     for wanted in ("!b U a", "!a &amp; !b", "✓", "✗", "+0", "−0", "finitely often"):
         assert wanted in shown
 
 
-def test_svg_is_not_larger_than_its_frame() -> None:
-    needs_dot()
+def test_svg_is_not_larger_than_its_frame(program: str) -> None:
     svg = draw(to_dot(three_states()), "svg").decode()
     frame = re.search(r'width="(\d+)pt" height="(\d+)pt"\s+viewBox="0.00 0.00 ([\d.]+) ([\d.]+)"', svg)
     assert frame is not None
@@ -167,8 +170,17 @@ def test_svg_is_not_larger_than_its_frame() -> None:
     assert "scale(1 1)" in svg
 
 
-def test_png_is_crisp() -> None:
-    needs_dot()
+def test_text_fits_where_it_was_laid_out(program: str) -> None:
+    """Pieces of a line follow one another: with the widths of another font they would lie upon each other."""
+    svg = draw(to_dot(three_states()), "svg").decode()
+    assert set(re.findall('font-family="([^"]*)"', svg)) == {"Helvetica,Arial,sans-serif"}
+    places = re.findall(r'<text[^>]* x="([^"]*)" y="([^"]*)"[^>]*>(accepted iff a run sees |\+0)<', svg)
+    (x, y, _), *rest = places
+    after = min(float(one[0]) for one in rest if one[1] == y)
+    assert 105 < after - float(x) < 150  # 24 letters of 11 points; 100 in a font with serifs
+
+
+def test_png_is_crisp(program: str) -> None:
     width_in_points = re.search(r'width="(\d+)pt"', draw(to_dot(three_states()), "svg").decode())
     assert width_in_points is not None
     png = draw(to_dot(three_states()), "png")
@@ -176,20 +188,24 @@ def test_png_is_crisp() -> None:
 
 
 @pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")])
-def test_pictures(tmp_path: Path, suffix: str, magic: bytes) -> None:
-    needs_dot()
+def test_pictures(tmp_path: Path, suffix: str, magic: bytes, program: str) -> None:
+    if (program, suffix) == ("graphviz-pure", ".pdf"):
+        with pytest.raises(MissingProgramError, match=r"draws \.svg and \.png, but no \.pdf, and the program 'dot'"):
+            write(two_pairs(), tmp_path / "a.pdf")
+        return
     path = write(two_pairs(), tmp_path / f"a{suffix}")
     assert path.read_bytes().startswith(magic)
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_without_the_program_the_dot_file_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_any_program_the_dot_file_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
+    monkeypatch.setattr("ltlc.formats.picture._substitute", lambda: None)
     with pytest.raises(MissingProgramError) as caught:
         write(three_states(), tmp_path / "a.svg")
     message = str(caught.value)
     assert str(tmp_path / "a.dot") in message
-    for installer in ("apt install graphviz", "brew install graphviz", "choco install graphviz"):
+    for installer in ("apt install graphviz", "brew install graphviz", "choco install graphviz", "ltlc[pictures]"):
         assert installer in message
     assert (tmp_path / "a.dot").read_text("utf-8") == to_dot(three_states())
     assert not (tmp_path / "a.svg").exists()

@@ -21,7 +21,7 @@ _PAIR_TINTS = ("#e3eff7", "#fbeadf", "#efe6f4", "#f6efd9", "#f8e4ec", "#e2efef")
 _INK = "#24292f"
 _FAINT = "#8a9099"
 _FAINT_INK = "#57606a"
-_FONT = "Helvetica,Arial,sans-serif"
+FONT = "Helvetica,Arial,sans-serif"
 _GUARD_WIDTH = 28
 _NARROW_GUARD_WIDTH = 18
 _TITLE_WIDTH = 90
@@ -55,12 +55,12 @@ class _Drawing:
         lines = [
             "digraph automaton {",
             f"  graph [rankdir={'LR' if sideways else 'TB'}, nodesep=0.3, ranksep=0.5, pad=0.2, bgcolor=white,",
-            f'         concentrate=false, labelloc=t, fontname="{_FONT}", fontcolor="{_INK}",',
+            f'         concentrate=false, labelloc=t, fontname="{FONT}", fontcolor="{_INK}",',
             f"         label=<{self._heading()}>]",
             f"  node [shape=circle, width={0.72 if on_states else 0.5}, margin=0.03, style=filled, fillcolor=white,",
-            f'        color="{_INK}", penwidth=1.2, fontname="{_FONT}", fontcolor="{_INK}", fontsize=13]',
+            f'        color="{_INK}", penwidth=1.2, fontname="{FONT}", fontcolor="{_INK}", fontsize=13]',
             f'  edge [color="{_INK}", penwidth=1.1, arrowsize=0.7,',
-            f'        fontname="{_FONT}", fontcolor="{_INK}", fontsize=11]',
+            f'        fontname="{FONT}", fontcolor="{_INK}", fontsize=11]',
             '  start [shape=point, style=invis, width=0.01, height=0.01, label=""]',
             *(self._node(q) for q in range(automaton.n_states) if q not in self.hidden),
             f"  start -> {automaton.initial_state} [penwidth=2.2, arrowsize=0.9]",

@@ -30,14 +30,14 @@ def write(automaton: RabinAutomaton, path: str | os.PathLike[str]) -> Path:
     """Write the automaton in the format that the suffix of the path names; all or nothing.
 
     Known suffixes: .json and .hoa, which `read` reads back; .dot; .mmd (Mermaid) and .md (Mermaid in a Markdown
-    fence); .svg, .png and .pdf, which need Graphviz.
+    fence); .svg, .png and .pdf, which need Graphviz or, but for .pdf, the package graphviz-pure.
 
     Returns:
         The path that was written.
 
     Raises:
         InvalidArgumentError: the suffix is not known.
-        MissingProgramError: Graphviz is not installed; the .dot file was written beside.
+        MissingProgramError: nothing that draws is installed; the .dot file was written beside.
         OSError: the folder is missing, not writable or full.
     """
     target = Path(path)

@@ -1,17 +1,24 @@
-"""The picture as SVG, PNG or PDF, drawn by Graphviz."""
+"""The picture as SVG, PNG or PDF, drawn by Graphviz or by a package that needs no Graphviz."""
 
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
+from importlib import metadata
 from pathlib import Path
 
 from ltlc.atomic import atomic_write
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError, MissingProgramError
-from ltlc.formats.dot import to_dot
+from ltlc.formats.dot import FONT, to_dot
 
 PICTURES = (".svg", ".png", ".pdf")
 _PNG_RESOLUTION = 120
+_PACKAGED_FONT = "Arial"
+"""of `FONT`, the one whose widths graphviz-pure knows; it takes a list of fonts for the name of one."""
+_IN_PACKAGED_FONT = {ord("✗"): "×", ord("✓"): "√"}
+"""signs that this font lacks, for pictures that are drawn with it; a reader of an SVG brings fonts that have them."""
 
 
 def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_deadlock: bool = False) -> Path:
@@ -22,7 +29,7 @@ def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_dead
 
     Raises:
         InvalidArgumentError: the suffix is none of these.
-        MissingProgramError: Graphviz is not installed; the .dot file was written beside, and the message says where.
+        MissingProgramError: nothing that draws is installed; the message says where the .dot file was written.
         OSError: the folder is missing, not writable or full.
     """
     target = Path(path)
@@ -40,10 +47,10 @@ def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_dead
 
 
 def draw(source: str, kind: str) -> bytes:
-    """What the `dot` program makes of a DOT text, e.g. for `kind` "svg".
+    """What Graphviz makes of a DOT text, e.g. for `kind` "svg": the `dot` program, else the package graphviz-pure.
 
     Raises:
-        MissingProgramError: Graphviz is not installed.
+        MissingProgramError: neither is installed, or there is only the package, which makes no PDF.
     """
     import graphviz
 
@@ -54,8 +61,29 @@ def draw(source: str, kind: str) -> bytes:
         picture: bytes = graphviz.pipe("dot", kind, source.encode("utf-8"), quiet=True)
         return picture
     except graphviz.ExecutableNotFound:
+        substitute = _substitute()
+    if substitute is None or kind == "pdf":
+        found = "" if substitute is None else "the package graphviz-pure draws .svg and .png, but no .pdf, and "
         raise MissingProgramError(
-            "the program 'dot' of Graphviz is not installed or not on the PATH. Install it with: "
+            f"{found}the program 'dot' of Graphviz is not installed or not on the PATH. Install it with: "
             "apt install graphviz (Debian, Ubuntu), brew install graphviz (macOS), "
             "winget install graphviz or choco install graphviz (Windows)"
-        ) from None
+            + ("" if found else '; or, for .svg and .png, the package graphviz-pure: pip install "ltlc[pictures]"')
+        )
+    text = source.replace(f'fontname="{FONT}"', f'fontname="{_PACKAGED_FONT}"')
+    if kind == "png":
+        text = text.translate(_IN_PACKAGED_FONT)
+    drawn = subprocess.run(
+        [substitute, f"-T{kind}"], input=text.encode("utf-8"), capture_output=True, check=True
+    ).stdout
+    return drawn.replace(f'font-family="{_PACKAGED_FONT}"'.encode(), f'font-family="{FONT}"'.encode())
+
+
+def _substitute() -> str | None:
+    """The program that graphviz-pure installs, on the PATH or beside the packages of this Python; None without it."""
+    try:
+        files = metadata.files("graphviz-pure") or []
+    except metadata.PackageNotFoundError:
+        files = []
+    places = (str(file.locate()) for file in files if file.stem == "graphviz-pure")
+    return next((place for place in places if os.access(place, os.X_OK)), None) or shutil.which("graphviz-pure")
