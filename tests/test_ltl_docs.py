@@ -18,13 +18,14 @@ MODULES = [
     "normal",
     "parser",
     "printer",
-    "purity",
     "rewrite",
     "rule",
     "rules_binary",
     "rules_boolean",
     "rules_unary",
     "semantics",
+    "syntax",
+    "traversal",
     "words",
 ]
 

@@ -62,24 +62,24 @@ def test_normal_form_is_recognised() -> None:
     for _ in range(500):
         for node in postorder(random_formula(rng, 12)):
             literal = isinstance(node, Proposition) or (isinstance(node, Not) and isinstance(node.args[0], Proposition))
-            assert bool(node.facts & LITERAL) == literal
+            assert bool(node.flags & LITERAL) == literal
             nodes = list(postorder(node))
             odd = any(isinstance(n, (Implies, Iff, Xor)) or (isinstance(n, Not) and n.args[0].args) for n in nodes)
-            odd = odd or any(isinstance(n, Not) and not n.args[0].facts & LITERAL for n in nodes)
-            assert bool(node.facts & NORMAL) != odd, str(node)
+            odd = odd or any(isinstance(n, Not) and not n.args[0].flags & LITERAL for n in nodes)
+            assert bool(node.flags & NORMAL) != odd, str(node)
 
 
 def test_signs_are_those_of_the_literals() -> None:
     rng = random.Random(3)
     for _ in range(500):
         formula = nnf(random_formula(rng, 12, constants=0))
-        literals = [node for node in postorder(formula) if node.facts & LITERAL]
+        literals = [node for node in postorder(formula) if node.flags & LITERAL]
         # A proposition under a negation is met on the way to it, but does not occur by itself.
         negated = {node.args[0] for node in literals if node.args}
         plain = {arg for node in postorder(formula) if not isinstance(node, Not) for arg in node.args} | {formula}
         occurring = [node for node in literals if node.args or node in plain or node not in negated]
-        assert formula.signs == reduce(or_, (literal.signs for literal in occurring))
-        assert nnf(Not(formula)).signs == formula.opposite
-        assert nnf(Not(formula)).opposite == formula.signs
-    assert parse("a & b").signs & parse("!a | b").opposite
-    assert Or(Proposition("a"), TRUE).signs & And(Proposition("b"), Not(Proposition("c"))).signs
+        assert formula.literal_mask == reduce(or_, (literal.literal_mask for literal in occurring))
+        assert nnf(Not(formula)).literal_mask == formula.negated_literal_mask
+        assert nnf(Not(formula)).negated_literal_mask == formula.literal_mask
+    assert parse("a & b").literal_mask & parse("!a | b").negated_literal_mask
+    assert Or(Proposition("a"), TRUE).literal_mask & And(Proposition("b"), Not(Proposition("c"))).literal_mask

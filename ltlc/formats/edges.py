@@ -15,7 +15,8 @@ import numpy.typing as npt
 from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded
-from ltlc.ltl.formula import And, Constant, Formula, Iff, Implies, Not, Or, Proposition, Xor, postorder
+from ltlc.ltl.formula import And, Constant, Formula, Iff, Implies, Not, Or, Proposition, Xor
+from ltlc.ltl.traversal import postorder
 
 MAX_TABLE = 1 << 27
 """Entries of the largest transition table a reader builds."""

@@ -24,17 +24,16 @@ from ltlc.ltl.formula import (
     Until,
     WeakUntil,
     Xor,
-    fold,
-    postorder,
     propositions,
 )
-from ltlc.ltl.hierarchy import HierarchyClass, classify
+from ltlc.ltl.hierarchy import HierarchyClass, classify, is_pure_eventuality, is_pure_universality
 from ltlc.ltl.normal import nnf
 from ltlc.ltl.parser import parse, read_formulas
-from ltlc.ltl.printer import Syntax, to_text
-from ltlc.ltl.purity import is_pure_eventuality, is_pure_universality
+from ltlc.ltl.printer import to_text
 from ltlc.ltl.rewrite import simplify
 from ltlc.ltl.semantics import LassoWord, Letter, satisfies
+from ltlc.ltl.syntax import Syntax
+from ltlc.ltl.traversal import fold, postorder
 from ltlc.ltl.words import parse_word
 
 __all__ = [

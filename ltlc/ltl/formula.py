@@ -7,22 +7,22 @@ formulas over and over is worked out once, when the node is made.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from threading import RLock
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self
 from weakref import ref
 from zlib import crc32
 
 from ltlc.errors import InvalidArgumentError
-
-T = TypeVar("T")
+from ltlc.ltl.syntax import PLAIN, write
+from ltlc.ltl.traversal import postorder
 
 EVENTUAL, UNIVERSAL, NORMAL, LITERAL = 1, 2, 4, 8
-"""Bits of `Formula.facts`: it is seen to be a pure eventuality, a pure universality (see `ltlc.ltl.purity`); it is in
-negation normal form; it is a proposition or the negation of one."""
+"""Bits of `Formula.flags`: its shape shows that it is a pure eventuality, a pure universality (see
+`ltlc.ltl.hierarchy`); it is in negation normal form; it is a proposition or the negation of one."""
 SUSPENDABLE = EVENTUAL | UNIVERSAL
-_SIGNS = 120
-"""Among more propositions than this, some share a sign for sure, and among a dozen perhaps."""
+_MASK_BITS = 120
+"""Bits of a literal mask for the propositions, and as many for their negations. Among more propositions than this, some
+share a bit for sure, and among a dozen perhaps."""
 
 
 class Formula:
@@ -34,25 +34,26 @@ class Formula:
     Attributes:
         args: the operands, left to right.
         size: number of nodes, written out as a tree.
-        facts: which of EVENTUAL, UNIVERSAL, NORMAL and LITERAL hold.
-        signs: in negation normal form, a bit for each literal that occurs, and all bits if a constant does. Formulas
-            without a common bit have no common literal; with one, they may.
-        opposite: the signs of the negation.
+        flags: which of EVENTUAL, UNIVERSAL, NORMAL and LITERAL hold.
+        literal_mask: in negation normal form, a bit for each literal that occurs, and all bits if a constant does.
+            Formulas without a common bit have no common literal; with one, they may.
+        negated_literal_mask: the literal mask of the negation.
     """
 
-    __slots__ = ("__weakref__", "args", "facts", "opposite", "signs", "size")
+    __slots__ = ("__weakref__", "args", "flags", "literal_mask", "negated_literal_mask", "size")
 
     symbol: ClassVar[str]
+    """the operator as `parse` reads it; "proposition" and "constant" for the leaves."""
     args: tuple[Formula, ...]
     size: int
-    facts: int
-    signs: int
-    opposite: int
+    flags: int
+    literal_mask: int
+    negated_literal_mask: int
 
-    # Facts that hold if they hold of all operands, facts that hold if they hold of the last one, and those that hold.
-    _of_all: ClassVar[int] = 0
-    _of_last: ClassVar[int] = 0
-    _of_itself: ClassVar[int] = 0
+    # Flags that hold if they hold of all operands, if they hold of the last operand, and in any case.
+    _flags_of_all: ClassVar[int] = 0
+    _flags_of_last: ClassVar[int] = 0
+    _own_flags: ClassVar[int] = 0
 
     def __new__(cls, *_: Any) -> Self:
         raise TypeError("use parse() or the class of an operator")
@@ -61,9 +62,7 @@ class Formula:
         raise AttributeError(f"formulas are immutable: cannot set {name!r}")
 
     def __str__(self) -> str:
-        from ltlc.ltl.printer import to_text
-
-        return to_text(self)
+        return write(self, PLAIN)
 
     def __repr__(self) -> str:
         return f"parse({str(self)!r})"
@@ -121,13 +120,15 @@ def _forget(entry: _Entry) -> None:
             del _entries[entry.key]
 
 
-def _make(key: tuple[Any, ...], args: tuple[Formula, ...], size: int, facts: int, signs: int, opposite: int) -> Any:
+def _make(
+    key: tuple[Any, ...], args: tuple[Formula, ...], size: int, flags: int, literal_mask: int, negated_mask: int
+) -> Any:
     node = object.__new__(key[0])
     _set(node, "args", args)
     _set(node, "size", size)
-    _set(node, "facts", facts)
-    _set(node, "signs", signs)
-    _set(node, "opposite", opposite)
+    _set(node, "flags", flags)
+    _set(node, "literal_mask", literal_mask)
+    _set(node, "negated_literal_mask", negated_mask)
     if not args:
         _set(node, "name" if key[0] is Proposition else "value", key[1])
     entry = _Entry(node, _forget)
@@ -148,23 +149,24 @@ def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
     known = None if entry is None else entry()
     if known is not None:
         return known
-    size, facts, signs, opposite = 1, cls._of_all, 0, 0
+    size, flags, literal_mask, negated_literal_mask = 1, cls._flags_of_all, 0, 0
     for arg in args:
         size += arg.size
-        facts &= arg.facts
-        signs |= arg.signs
-        opposite |= arg.opposite
-    facts |= cls._of_last & args[-1].facts | cls._of_itself
+        flags &= arg.flags
+        literal_mask |= arg.literal_mask
+        negated_literal_mask |= arg.negated_literal_mask
+    flags |= cls._flags_of_last & args[-1].flags | cls._own_flags
     if cls is Not:
-        signs, opposite = opposite, signs
-        facts = NORMAL | LITERAL if type(args[0]) is Proposition else 0
-    return _make(key, args, size, facts, signs, opposite)
+        literal_mask, negated_literal_mask = negated_literal_mask, literal_mask
+        flags = NORMAL | LITERAL if type(args[0]) is Proposition else 0
+    return _make(key, args, size, flags, literal_mask, negated_literal_mask)
 
 
 class Constant(Formula):
     """`true` or `false`; use `TRUE` and `FALSE`."""
 
     __slots__ = ("value",)
+    symbol = "constant"
     value: bool
 
     def __new__(cls, value: bool) -> Self:
@@ -183,6 +185,7 @@ class Proposition(Formula):
     """
 
     __slots__ = ("name",)
+    symbol = "proposition"
     name: str
 
     def __new__(cls, name: str) -> Self:
@@ -191,8 +194,8 @@ class Proposition(Formula):
         key = (cls, str(name))
         node: Self | None = _find(key)
         if node is None:
-            sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _SIGNS
-            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _SIGNS)
+            sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _MASK_BITS
+            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MASK_BITS)
         return node
 
 
@@ -224,7 +227,7 @@ class Next(_Unary):
 
     __slots__ = ()
     symbol = "X"
-    _of_all = EVENTUAL | UNIVERSAL | NORMAL
+    _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
 
 
 class Eventually(_Unary):
@@ -232,8 +235,8 @@ class Eventually(_Unary):
 
     __slots__ = ()
     symbol = "F"
-    _of_all = UNIVERSAL | NORMAL
-    _of_itself = EVENTUAL
+    _flags_of_all = UNIVERSAL | NORMAL
+    _own_flags = EVENTUAL
 
 
 class Always(_Unary):
@@ -241,8 +244,8 @@ class Always(_Unary):
 
     __slots__ = ()
     symbol = "G"
-    _of_all = EVENTUAL | NORMAL
-    _of_itself = UNIVERSAL
+    _flags_of_all = EVENTUAL | NORMAL
+    _own_flags = UNIVERSAL
 
 
 class And(Formula):
@@ -250,7 +253,7 @@ class And(Formula):
 
     __slots__ = ()
     symbol = "&"
-    _of_all = EVENTUAL | UNIVERSAL | NORMAL
+    _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
 
     def __new__(cls, *operands: Formula) -> Self:
         node: Self = _flat(cls, operands, TRUE)
@@ -262,7 +265,7 @@ class Or(Formula):
 
     __slots__ = ()
     symbol = "|"
-    _of_all = EVENTUAL | UNIVERSAL | NORMAL
+    _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
 
     def __new__(cls, *operands: Formula) -> Self:
         node: Self = _flat(cls, operands, FALSE)
@@ -295,8 +298,8 @@ class Until(_Binary):
 
     __slots__ = ()
     symbol = "U"
-    _of_all = NORMAL
-    _of_last = EVENTUAL | UNIVERSAL
+    _flags_of_all = NORMAL
+    _flags_of_last = EVENTUAL | UNIVERSAL
 
 
 class WeakUntil(_Binary):
@@ -304,8 +307,8 @@ class WeakUntil(_Binary):
 
     __slots__ = ()
     symbol = "W"
-    _of_all = EVENTUAL | NORMAL
-    _of_last = UNIVERSAL
+    _flags_of_all = EVENTUAL | NORMAL
+    _flags_of_last = UNIVERSAL
 
 
 class Release(_Binary):
@@ -313,8 +316,8 @@ class Release(_Binary):
 
     __slots__ = ()
     symbol = "R"
-    _of_all = NORMAL
-    _of_last = EVENTUAL | UNIVERSAL
+    _flags_of_all = NORMAL
+    _flags_of_last = EVENTUAL | UNIVERSAL
 
 
 class StrongRelease(_Binary):
@@ -322,8 +325,8 @@ class StrongRelease(_Binary):
 
     __slots__ = ()
     symbol = "M"
-    _of_all = UNIVERSAL | NORMAL
-    _of_last = EVENTUAL
+    _flags_of_all = UNIVERSAL | NORMAL
+    _flags_of_last = EVENTUAL
 
 
 TRUE = Constant(True)
@@ -339,56 +342,6 @@ def _flat(cls: type[Formula], operands: tuple[Formula, ...], empty: Formula) -> 
         return _operator(cls, operands)
     # Not of that class, but callers of And and Or need no more than a Formula.
     return operands[0] if operands else empty
-
-
-def postorder(formula: Formula) -> Iterator[Formula]:
-    """Every distinct subformula once, operands before operators, left before right, without recursion."""
-    seen: set[Formula] = set()
-    stack: list[Formula | None] = [formula]
-    waiting: list[Formula] = []  # for their operands, one for each None on the stack
-    while stack:
-        node = stack.pop()
-        if node is None:
-            yield waiting.pop()
-        elif node not in seen:
-            seen.add(node)
-            if node.args:
-                waiting.append(node)
-                stack.append(None)
-                stack.extend(node.args[::-1])
-            else:
-                yield node
-
-
-def fold(
-    formula: Formula,
-    done: dict[Formula, T],
-    compute: Callable[[Formula, list[T]], T],
-    within: tuple[type[Formula], ...] | None = None,
-) -> T:
-    """Evaluates a formula bottom-up without recursion: `compute(node, values of its operands)`, once per node.
-
-    Args:
-        formula: where to start.
-        done: values known already, kept between calls; the new ones are added.
-        compute: the value of a node.
-        within: the operators whose operands are looked at; other nodes are computed from no operands. None for all.
-    """
-    stack: list[Formula | None] = [formula]
-    waiting: list[Formula] = []  # for their operands, one for each None on the stack
-    while stack:
-        node = stack.pop()
-        if node is None:
-            node = waiting.pop()
-            done[node] = compute(node, [done[child] for child in node.args])
-        elif node not in done:
-            if node.args and (within is None or isinstance(node, within)):
-                waiting.append(node)
-                stack.append(None)
-                stack.extend(node.args)
-            else:
-                done[node] = compute(node, [])
-    return done[formula]
 
 
 def _flatten(formula: Formula) -> list[tuple[Any, ...]]:

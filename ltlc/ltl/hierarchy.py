@@ -1,4 +1,14 @@
-"""Where a formula stands in the temporal hierarchy, as far as its shape shows."""
+"""Where a formula stands in the temporal hierarchy, and whether it is pure, as far as its shape shows.
+
+A pure eventuality survives a longer past, a pure universality every step into the future; both at once is
+*suspendable*, as GF a and FG a are: then no finite prefix matters. Purity is among the `flags` of a formula in negation
+normal form.
+
+References:
+    Kousha Etessami and Gerard Holzmann, Optimizing Buchi automata, CONCUR 2000, doi:10.1007/3-540-44618-4_13.
+    Suspendability: Tomas Babiak, Thomas Badie, Alexandre Duret-Lutz, Mojmir Kretinsky and Jan Strejcek, Compositional
+    approach to suspension and other improvements to LTL translation, SPIN 2013, doi:10.1007/978-3-642-39176-7_6.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +16,8 @@ from enum import Enum
 from typing import NamedTuple
 
 from ltlc.ltl.formula import (
+    EVENTUAL,
+    UNIVERSAL,
     Always,
     Eventually,
     Formula,
@@ -14,9 +26,9 @@ from ltlc.ltl.formula import (
     StrongRelease,
     Until,
     WeakUntil,
-    fold,
 )
 from ltlc.ltl.normal import nnf
+from ltlc.ltl.traversal import fold
 
 
 class HierarchyClass(Enum):
@@ -89,3 +101,18 @@ def _classes(node: Formula, args: list[_Classes]) -> _Classes:
         awaited = args[0] if isinstance(node, StrongRelease) else args[-1]
         return _Classes(False, co_safety, recurrence and awaited.co_safety, persistence)
     return _Classes(safety, co_safety, recurrence, persistence)
+
+
+def is_pure_eventuality(formula: Formula) -> bool:
+    """Whether the shape of the formula shows that a word satisfies it as soon as one of its suffixes does.
+
+    >>> from ltlc.ltl import parse
+    >>> is_pure_eventuality(parse("a U F b")), is_pure_eventuality(parse("a U b"))
+    (True, False)
+    """
+    return bool(nnf(formula).flags & EVENTUAL)
+
+
+def is_pure_universality(formula: Formula) -> bool:
+    """Whether the shape of the formula shows that every suffix of a word that satisfies it does so too."""
+    return bool(nnf(formula).flags & UNIVERSAL)

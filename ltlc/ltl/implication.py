@@ -58,17 +58,17 @@ class Implications:
 
     def contradict(self, f: Formula, g: Formula) -> bool:
         """Whether f & g is seen to be unsatisfiable."""
-        if not f.signs & g.opposite:
+        if not f.literal_mask & g.negated_literal_mask:
             return False
-        if f.facts & LITERAL:  # the same question, without the negation of a larger formula
+        if f.flags & LITERAL:  # the same question, without the negation of a larger formula
             return self.implies(g, self.negation(f))
         return self.implies(f, self.negation(g))
 
     def exhaust(self, f: Formula, g: Formula) -> bool:
         """Whether f | g is seen to be valid."""
-        if not f.opposite & g.signs:
+        if not f.negated_literal_mask & g.literal_mask:
             return False
-        if g.facts & LITERAL:
+        if g.flags & LITERAL:
             return self.implies(self.negation(g), f)
         return self.implies(self.negation(f), g)
 
@@ -76,11 +76,11 @@ class Implications:
         if f is g:
             return True
         # Every chain of reasons ends in a common subformula, or in a constant.
-        if not f.signs & g.signs:
+        if not f.literal_mask & g.literal_mask:
             return False
         if f is FALSE or g is TRUE:
             return True
-        if f.facts & g.facts & LITERAL:
+        if f.flags & g.flags & LITERAL:
             return False
         known = self._known.get((f, g))
         if known is not None:
@@ -120,7 +120,7 @@ class Implications:
             return True
         if operator in _UNTILS and test(f.args[0], g, depth) and test(f.args[1], g, depth):
             return True
-        if g.facts & EVENTUAL:
+        if g.flags & EVENTUAL:
             if operator is Eventually or operator is Next or operator is Until:
                 return test(f.args[-1], g, depth)
             if operator is StrongRelease:
@@ -135,7 +135,7 @@ class Implications:
             return True
         if operator in _RELEASES and test(f, g.args[0], depth) and test(f, g.args[1], depth):
             return True
-        if f.facts & UNIVERSAL:
+        if f.flags & UNIVERSAL:
             if operator is Always or operator is Next or operator is Release:
                 return test(f, g.args[-1], depth)
             if operator is WeakUntil:

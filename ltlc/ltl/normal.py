@@ -22,8 +22,8 @@ from ltlc.ltl.formula import (
     Until,
     WeakUntil,
     Xor,
-    fold,
 )
+from ltlc.ltl.traversal import fold
 
 DUAL: dict[type[Formula], type[Formula]] = {
     Next: Next,
@@ -90,7 +90,7 @@ def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, li
     """
     while type(node) is Not:
         node, positive = node.args[0], not positive
-    if positive and node.facts & NORMAL:
+    if positive and node.flags & NORMAL:
         return node, []
     operator = type(node)
     if isinstance(node, Constant):

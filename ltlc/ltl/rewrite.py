@@ -55,7 +55,7 @@ def simplify(formula: Formula) -> Formula:
             simple = done.get(child)
             if simple is not None:
                 same = same and simple is child
-            elif child.facts & LITERAL:
+            elif child.flags & LITERAL:
                 done[child] = child
             else:
                 stack.append((child, child))
@@ -87,7 +87,7 @@ def candidates(node: Formula) -> tuple[Rewrite, ...]:
     shared = False
     met = 0
     for arg in node.args:
-        either = arg.signs | arg.opposite
+        either = arg.literal_mask | arg.negated_literal_mask
         shared = shared or bool(either & met)
         met |= either
     # mypy takes a class, as the argument of a cached function, for one of its instances.

@@ -66,14 +66,14 @@ def operands(formula: Formula, connective: type[Formula]) -> tuple[Formula, ...]
     return formula.args if type(formula) is connective else (formula,)
 
 
-def take_out(
-    operand: Formula, facts: int, wrap: Callable[[Formula], Formula], around: Formula | None = None
+def factor_out(
+    operand: Formula, flags: int, wrap: Callable[[Formula], Formula], around: Formula | None = None
 ) -> Formula | None:
-    """Splits an & or | into wrap(the parts that stay) and those with all the facts, each of these under `around`."""
-    moved = [part for part in operand.args if part.facts & facts == facts]
+    """Splits an & or | into wrap(the parts that stay) and the parts with all the flags, each under `around`."""
+    moved = [part for part in operand.args if part.flags & flags == flags]
     if not moved or (len(moved) == len(operand.args) and around is None):
         return None
-    stay = [part for part in operand.args if part.facts & facts != facts]
+    stay = [part for part in operand.args if part.flags & flags != flags]
     connective = type(operand)
     return connective(
         wrap(connective(*stay)), *(part if around is None else around.with_args((part,)) for part in moved)

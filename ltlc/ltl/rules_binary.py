@@ -25,7 +25,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.rule import MAX_COPIED, RuleBook, operands, take_out
+from ltlc.ltl.rule import MAX_COPIED, RuleBook, factor_out, operands
 
 BINARY_RULES = RuleBook()
 _BINARY = (Until, WeakUntil, Release, StrongRelease)
@@ -82,7 +82,7 @@ def _exhausted(node: Formula, known: Implications) -> Formula | None:
         return Eventually(b) if type(node) is Until else TRUE
     if type(node) in _RELEASES and known.contradict(a, b):
         return Always(b) if type(node) is Release else FALSE
-    if not a.signs & b.signs or a.facts & LITERAL:  # nothing but itself says the same as a literal
+    if not a.literal_mask & b.literal_mask or a.flags & LITERAL:  # nothing but itself says the same as a literal
         return None
     if type(node) is Until and known.implies(Eventually(b), a):
         return Eventually(b)
@@ -100,12 +100,12 @@ def _pure_right(node: Formula, _: Implications) -> Formula | None:
     a, b = node.args
     operator = type(node)
     if operator is Until:
-        return b if b.facts & EVENTUAL else None
+        return b if b.flags & EVENTUAL else None
     if operator is Release:
-        return b if b.facts & UNIVERSAL else None
+        return b if b.flags & UNIVERSAL else None
     if operator is WeakUntil:
-        return Or(a, b) if a.facts & UNIVERSAL else None
-    return And(a, b) if a.facts & EVENTUAL else None
+        return Or(a, b) if a.flags & UNIVERSAL else None
+    return And(a, b) if a.flags & EVENTUAL else None
 
 
 @BINARY_RULES.rule(
@@ -117,22 +117,22 @@ def _pure_right(node: Formula, _: Implications) -> Formula | None:
 )
 def _pure_operand(node: Formula, _: Implications) -> Formula | None:
     a, b = node.args
-    if not (a.facts | b.facts) & SUSPENDABLE:
+    if not (a.flags | b.flags) & SUSPENDABLE:
         return None
     operator = type(node)
-    if operator is WeakUntil and b.facts & EVENTUAL:
+    if operator is WeakUntil and b.flags & EVENTUAL:
         return Or(Always(a), b)
-    if operator is StrongRelease and b.facts & UNIVERSAL:
+    if operator is StrongRelease and b.flags & UNIVERSAL:
         return And(Eventually(a), b)
-    if operator is StrongRelease and b.facts & EVENTUAL:
+    if operator is StrongRelease and b.flags & EVENTUAL:
         return Eventually(And(a, b))
-    if operator is WeakUntil and b.facts & UNIVERSAL:
+    if operator is WeakUntil and b.flags & UNIVERSAL:
         return Always(Or(a, b))
     if b.size > MAX_COPIED:
         return None
-    if operator is Until and a.facts & UNIVERSAL:
+    if operator is Until and a.flags & UNIVERSAL:
         return Or(b, And(a, Eventually(b)))
-    if operator is Release and a.facts & EVENTUAL:
+    if operator is Release and a.flags & EVENTUAL:
         return And(b, Or(a, Always(b)))
     return None
 
@@ -153,7 +153,7 @@ def _pure_part_of_right_out(node: Formula, _: Implications) -> Formula | None:
         movable = SUSPENDABLE
     else:
         return None
-    return take_out(b, movable, lambda rest: node.with_args((a, rest)))
+    return factor_out(b, movable, lambda rest: node.with_args((a, rest)))
 
 
 @BINARY_RULES.rule(

@@ -23,10 +23,10 @@ from ltlc.ltl.formula import (
     StrongRelease,
     Until,
     WeakUntil,
-    fold,
 )
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
+from ltlc.ltl.traversal import fold
 
 BOOLEAN_RULES = RuleBook()
 Key = TypeVar("Key")
@@ -87,7 +87,7 @@ def _gather(node: Formula, _: Implications) -> Formula | None:
             return (Next,)
         if operator is side.other and type(part.args[0]) is side.lasting:
             return (side.other, side.lasting)
-        if operator is side.lasting and part.facts & SUSPENDABLE != SUSPENDABLE:
+        if operator is side.lasting and part.flags & SUSPENDABLE != SUSPENDABLE:
             return (side.lasting,)
         return None
 
@@ -273,7 +273,7 @@ def _common_factor(node: Formula, _: Implications) -> Formula | None:
     shared=True,
 )
 def _literal_now(node: Formula, known: Implications) -> Formula | None:
-    stated = [part if part.facts & LITERAL else None for part in node.args]
+    stated = [part if part.flags & LITERAL else None for part in node.args]
     return _inform(node, known, stated, lambda part: isinstance(part, (And, Or)), (And, Or))
 
 
@@ -303,7 +303,7 @@ def _literal_in_the_limit(node: Formula, known: Implications) -> Formula | None:
     side = SIDES[type(node)]
     outer = [part.args[0] if type(part) is side.other else None for part in node.args]
     stated = [inner.args[0] if type(inner) is side.lasting else None for inner in outer]
-    return _inform(node, known, stated, lambda part: part.facts & SUSPENDABLE == SUSPENDABLE)
+    return _inform(node, known, stated, lambda part: part.flags & SUSPENDABLE == SUSPENDABLE)
 
 
 def _inform(
@@ -325,19 +325,19 @@ def _inform(
     connective = type(node)
     values: dict[Formula, Formula] = {}
     sources = set()
-    signs = 0
+    mentioned = 0
     for part, statement in zip(node.args, stated, strict=True):
         for literal in operands(statement, connective) if statement is not None else ():
-            if literal.facts & LITERAL:
+            if literal.flags & LITERAL:
                 sources.add(part)
-                signs |= literal.signs | literal.opposite
+                mentioned |= literal.literal_mask | literal.negated_literal_mask
                 values[literal] = SIDES[connective].unit
                 values[known.negation(literal)] = SIDES[connective].zero
     if not values:
         return None
     parts = [
         fold(part, dict(values), lambda inner, args: inner.with_args(tuple(args)) if args else inner, within)
-        if part.signs & signs and part not in sources and concerned(part) and part.size <= MAX_INFORMED
+        if part.literal_mask & mentioned and part not in sources and concerned(part) and part.size <= MAX_INFORMED
         else part
         for part in node.args
     ]

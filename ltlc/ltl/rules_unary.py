@@ -22,7 +22,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.rule import MAX_COPIED, MAX_PAIRWISE, RuleBook, take_out
+from ltlc.ltl.rule import MAX_COPIED, MAX_PAIRWISE, RuleBook, factor_out
 
 UNARY_RULES = RuleBook()
 
@@ -38,7 +38,7 @@ def _constant(node: Formula, _: Implications) -> Formula | None:
 def _pure(node: Formula, _: Implications) -> Formula | None:
     (operand,) = node.args
     enough = _ABSORBED[type(node)]
-    return operand if operand.facts & enough == enough else None
+    return operand if operand.flags & enough == enough else None
 
 
 _ABSORBED: Mapping[type[Formula], int] = MappingProxyType({Next: SUSPENDABLE, Eventually: EVENTUAL, Always: UNIVERSAL})
@@ -126,7 +126,7 @@ def _pure_part_out(node: Formula, _: Implications) -> Formula | None:
         return None
     distributes = type(operand) is _DISTRIBUTED.get(type(node))
     movable = _ABSORBED[type(node)] if distributes else SUSPENDABLE
-    return take_out(operand, movable, lambda rest: node.with_args((rest,)))
+    return factor_out(operand, movable, lambda rest: node.with_args((rest,)))
 
 
 _DISTRIBUTED: Mapping[type[Formula], type[Formula]] = MappingProxyType({Eventually: Or, Always: And})
@@ -145,7 +145,7 @@ def _implied_in_time(node: Formula, known: Implications) -> Formula | None:
         return None
     connective = type(operand)
     for part in operand.args:
-        if not any(part.signs & other.signs for other in operand.args if other is not part):
+        if not any(part.literal_mask & other.literal_mask for other in operand.args if other is not part):
             continue  # nothing that the rest could imply
         rest = node.with_args((connective(*[other for other in operand.args if other is not part]),))
         if known.implies(part, rest) if connective is Or else known.implies(rest, part):
@@ -186,7 +186,7 @@ def _split(node: Formula, _: Implications) -> Formula | None:
     if type(operand) is not _DISTRIBUTED[type(node)]:
         return None
     movable = UNIVERSAL if type(node) is Eventually else EVENTUAL
-    return take_out(operand, movable, lambda rest: node.with_args((rest,)), node)
+    return factor_out(operand, movable, lambda rest: node.with_args((rest,)), node)
 
 
 @UNARY_RULES.rule(
@@ -206,4 +206,4 @@ def _split_in_the_limit(node: Formula, _: Implications) -> Formula | None:
     if type(inner) is not (And if always else Or):
         return None
     movable = EVENTUAL if always else UNIVERSAL
-    return take_out(inner, movable, lambda rest: node.with_args((operand.with_args((rest,)),)), node)
+    return factor_out(inner, movable, lambda rest: node.with_args((operand.with_args((rest,)),)), node)

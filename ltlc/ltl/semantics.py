@@ -23,8 +23,8 @@ from ltlc.ltl.formula import (
     Until,
     WeakUntil,
     Xor,
-    postorder,
 )
+from ltlc.ltl.traversal import postorder
 
 Letter = frozenset[str]
 
