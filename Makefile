@@ -4,18 +4,24 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+OLDEST := .venv-oldest
+OLDEST_TESTS := $(addprefix tests/,test_envs_*.py test_pairs_*.py test_rewards_*.py test_translate_[op]*.py test_ltl_*.py \
+	test_formats_hoa.py test_mdp_model.py)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check format clean
+.PHONY: help demo test test-oldest check format clean
 
 help:  ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: $(INSTALLED)  ## compile a task, draw it, judge two words, learn it
 	@$(BIN)/python examples/demo.py
 
 test: $(INSTALLED)  ## run all tests
 	$(BIN)/python -m pytest
+
+test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed
+	$(OLDEST)/bin/python -m pytest -m "not slow" $(OLDEST_TESTS)
 
 check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .
@@ -28,7 +34,7 @@ format: $(INSTALLED)  ## let ruff repair what it can
 	$(BIN)/ruff format .
 
 clean:  ## remove the environment and everything built
-	rm -rf $(VENV) build dist demo *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) $(OLDEST) build dist demo *.egg-info .mypy_cache .ruff_cache .pytest_cache
 
 # Installed once; again only when what is to be installed has changed.
 $(INSTALLED): pyproject.toml constraints.txt
@@ -39,4 +45,13 @@ $(INSTALLED): pyproject.toml constraints.txt
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt graphviz-pure || \
 		echo "no graphviz-pure for this system: pictures of automata need Graphviz (dot)"
 	@echo "installed."
+	@touch $@
+
+$(OLDEST)/.installed: pyproject.toml constraints-oldest.txt
+	@test -n "$(PYTHON)" || { echo "ltlc needs Python 3.11 or newer, as python3 or by make PYTHON=/path/to/python"; exit 1; }
+	@test -x $(OLDEST)/bin/python || { echo "creating $(OLDEST) ..."; $(PYTHON) -m venv $(OLDEST); }
+	@echo "installing the oldest dependencies into $(OLDEST) (once) ..."
+	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-oldest.txt \
+		gymnasium graphviz hypothesis jsonschema lark matplotlib numpy pytest rich scipy typer
+	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	@touch $@

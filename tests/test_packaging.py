@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import zipfile
 from pathlib import Path, PurePosixPath
 
 import pytest
+from packaging.version import Version
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -48,7 +50,7 @@ def wheel_packages() -> dict[str, Path]:
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A clean copy: building in place would leave build/ behind, and pick up what an earlier build left there."""
     copy = tmp_path_factory.mktemp("checkout") / "ltlc"
-    skipped = shutil.ignore_patterns(".git", ".venv", "build", "dist", "*.egg-info", "__pycache__", ".*_cache", "runs")
+    skipped = shutil.ignore_patterns(".git", ".venv*", "build", "dist", "*.egg-info", "__pycache__", ".*_cache", "runs")
     shutil.copytree(ROOT, copy, ignore=skipped)
     return copy
 
@@ -67,6 +69,20 @@ def test_package_list_equals_the_tree() -> None:
         path.parent for folder in ("ltlc", "agents", "grammars") for path in (ROOT / folder).rglob("__init__.py")
     }
     assert set(listed.values()) == present
+
+
+def test_the_oldest_versions_tested_are_those_allowed() -> None:
+    lines = (ROOT / "constraints-oldest.txt").read_text(encoding="utf-8").splitlines()
+    pinned = [re.fullmatch(r"([\w-]+)==([\d.]+)(; python_version < .*)?", line) for line in lines]
+    tested = {pin[1]: pin[2] for pin in pinned if pin}
+    allowed = {}
+    for requirement in PROJECT["project"]["dependencies"] + PROJECT["project"]["optional-dependencies"]["dev"]:
+        name, bound = re.match(r"([\w-]+)>=([\d.]+)", requirement).groups()
+        allowed[name] = bound
+    assert tested.keys() <= allowed.keys()
+    assert {"gymnasium", "lark", "numpy", "scipy"} <= tested.keys()
+    for name, version in tested.items():
+        assert Version(version) == Version(allowed[name]), name
 
 
 def test_every_module_and_grammar_is_in_the_wheel(dist: Path) -> None:

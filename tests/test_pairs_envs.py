@@ -12,7 +12,6 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from test_pairs_schemes import true_satisfaction
 
-from ltlc.agents import DQNConfig, greedy_policy, train
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import Product, RewardProduct, max_satisfaction_probability, optimal_return
@@ -163,6 +162,9 @@ QUICK: dict[str, Any] = {
     "changes", [{}, {"state_input": "one-hot", "counterfactual": False}, {"counterfactual": False}]
 )
 def test_the_agent_learns_which_pair_to_choose(changes: dict[str, Any]) -> None:
+    pytest.importorskip("torch")
+    from ltlc.agents import DQNConfig, greedy_policy, train
+
     task = Task(
         "(FG A | FG B) & G !C", get_scheme("two-discount", gamma_accept=0.9, gamma=0.99), acceptance="transition"
     )

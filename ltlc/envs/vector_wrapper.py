@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,13 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 
-class LTLVectorWrapper(VectorWrapper[Any, Any, Any, Any, Any]):
+if TYPE_CHECKING:
+    _VectorWrapper = VectorWrapper[Any, Any, Any, Any, Any]
+else:  # generic from gymnasium 1.4 on only
+    _VectorWrapper = VectorWrapper
+
+
+class LTLVectorWrapper(_VectorWrapper):
     """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over them.
 
     `infos["ltl"]` holds an array per entry. It has two entries more: `valid`, False where this step only began a new
