@@ -21,10 +21,7 @@ ROOT = Path(__file__).parent.parent
 DOOR = {"__init__", "__main__"}  # the package's front door stands above all floors
 
 FLOORS = {
-    "errors": 0,
-    "version": 0,
-    "graph": 0,
-    "atomic": 0,
+    "foundation": 0,
     "grammars": 0,
     "ltl": 1,
     "automata": 2,
@@ -40,11 +37,12 @@ FLOORS = {
     "cli": 7,
 }
 
+# Modules that stand by themselves and make one part.
+SAME_PART = dict.fromkeys(("atomic", "budget", "errors", "graph", "registry", "version"), "foundation")
+SAME_PART |= dict.fromkeys(("many", "task"), "compiler")
+
 THIRD_PARTY = {
-    "errors": set(),
-    "version": set(),
-    "graph": {"numpy"},
-    "atomic": set(),
+    "foundation": {"numpy"},
     "grammars": set(),
     "ltl": {"lark"},
     "automata": {"numpy", "pysat"},
@@ -124,7 +122,7 @@ def targets(node: ast.AST, package: str) -> Iterator[str]:
 def part(module: str) -> str:
     """`ltlc.automata.rabin` is in part `automata`."""
     name = "__init__" if module == "ltlc" else module.split(".")[1]
-    return "compiler" if name in ("many", "task") else name  # three files, one part
+    return SAME_PART.get(name, name)
 
 
 def test_every_part_has_a_floor() -> None:
