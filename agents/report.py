@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy.typing as npt
 
@@ -12,20 +11,11 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP
 from ltlc.mdp.estimate import Estimate
-from ltlc.mdp.verdict import Judge, PolicyVerdict
+from ltlc.mdp.verdict import Judge, Line, PolicyVerdict, exact_lines, plain, verdict_values
 
 from .evaluate import Rollouts, greedy_policy, rollout
 from .systems import Agent
 from .tabular.policy import TablePolicy
-
-
-class Line(NamedTuple):
-    """One figure of a report."""
-
-    title: str
-    learned: float | Estimate
-    optimum: float | None
-    """of the policy that is optimal for the rewards; None where it is not known."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +54,7 @@ class Report:
             values["learned"] = verdict_values(self.verdict)
             values["optimal"] = None if self.judge.optimum is None else verdict_values(self.judge.optimum)
             values["maximum_satisfaction"] = [maximum.lower, maximum.probability, maximum.upper]
-            values["regret"] = _plain(self.regret)
+            values["regret"] = plain(self.regret)
         if self.rollouts is not None:
             values["learned"] = {
                 name: {"value": value.value, "low": value.low, "high": value.high, "confidence": value.confidence}
@@ -96,35 +86,9 @@ def tabular_policy(agent: Agent, mdp: LabelledMDP) -> npt.NDArray[Any]:
     return agent.table if isinstance(agent, TablePolicy) else greedy_policy(agent)
 
 
-def exact_lines(verdict: PolicyVerdict, optimum: PolicyVerdict | None) -> list[Line]:
-    """The figures of a policy, beside those of the one that is optimal for the rewards."""
-    return [
-        Line(title, getattr(verdict, name), None if optimum is None else getattr(optimum, name))
-        for name, title in EXACT_TITLES.items()
-    ]
-
-
-EXACT_TITLES = {
-    "satisfaction": "P(formula satisfied)",
-    "discounted_return": "expected return, discounted",
-    "total_return": "expected return, undiscounted",
-    "steps": "steps per episode",
-    "violations_per_episode": "violations per episode",
-    "violations_per_step": "violations per step",
-    "first_acceptance_probability": "P(an accepting step in the episode)",
-    "first_acceptance_steps": "steps to the first acceptance",
-    "acceptances_per_1000_steps": "acceptances per 1000 steps",
-}
-
-
 def sampled_lines(rollouts: Rollouts) -> list[Line]:
     """The figures of episodes."""
     return [Line(title, estimate, None) for title, estimate in _estimates(rollouts).values()]
-
-
-def verdict_values(verdict: PolicyVerdict) -> dict[str, Any]:
-    """The figures as JSON values; infinities as text."""
-    return {name: _plain(getattr(verdict, name)) for name in EXACT_TITLES}
 
 
 def _estimates(rollouts: Rollouts) -> dict[str, tuple[str, Estimate]]:
@@ -136,7 +100,3 @@ def _estimates(rollouts: Rollouts) -> dict[str, tuple[str, Estimate]]:
         "violations_per_step": ("violations per step", rollouts.violations_per_step),
         "acceptances_per_step": ("acceptances per step", rollouts.acceptance_frequency),
     }
-
-
-def _plain(value: float | None) -> float | str | None:
-    return value if value is None or math.isfinite(value) else str(value)

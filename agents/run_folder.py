@@ -38,7 +38,7 @@ from . import systems
 from .config import DQNConfig
 from .metrics import METRICS_FILE
 from .systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
-from .train import CHECKPOINT_FILE, POLICY_FILE
+from .training import CHECKPOINT_FILE, POLICY_FILE
 
 CONFIG_FILE = "config.json"
 AUTOMATON_FILE = "dra.json"

@@ -23,7 +23,7 @@ from .evaluate import greedy_policy
 from .systems import AGENTS, DOUBLE_DQN
 from .tabular.learned import Learned
 from .tabular.registry import LEARNERS
-from .train import Progress, train
+from .training import Progress, train
 
 CASES = (("5x5", "phi_3"), ("10x10", "phi_3"), ("5x5", "phi_4"), ("10x10", "phi_4"))
 """worlds and formulas of the tables, in their order."""

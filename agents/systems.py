@@ -1,4 +1,7 @@
-"""Every way to learn a task, by the name that the command line knows: checked, trained, kept and loaded alike."""
+"""Every way to learn a task, by the name that the command line knows: checked, trained, kept and loaded alike.
+
+What is known of the agents is at hand without PyTorch; it is loaded where one learns or acts.
+"""
 
 from __future__ import annotations
 
@@ -8,24 +11,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.mdp.verdict import Judge
 
-from .collect import Interface
 from .config import DQNConfig
-from .dqn import DoubleDQN
 from .tabular.config import LearnerConfig
-from .tabular.policy import TablePolicy
 from .tabular.registry import LEARNERS
-from .tabular.run import TableProgress, check_learner, train_learner
-from .train import CHECKPOINT_FILE, POLICY_FILE, Progress, train
 
-Agent = DoubleDQN | TablePolicy
+if TYPE_CHECKING:
+    from ltlc.envs import LTLVectorWrapper
+    from ltlc.mdp.verdict import Judge
+
+    from .dqn import DoubleDQN
+    from .tabular.policy import TablePolicy
+    from .tabular.run import TableProgress
+    from .training import Progress
+
+Agent: TypeAlias = "DoubleDQN | TablePolicy"
 Hyperparameters = DQNConfig | LearnerConfig
-Callback = Callable[[Progress | TableProgress], None]
+Callback: TypeAlias = "Callable[[Progress | TableProgress], None]"
 
 
 @dataclass(frozen=True)
@@ -88,10 +93,15 @@ def check(env: LTLVectorWrapper, config: Hyperparameters) -> None:
         LtlcError: the environment, its labels, the task and the hyperparameters do not go together.
     """
     if isinstance(config, DQNConfig):
+        from .collect import Interface
+        from .dqn import DoubleDQN
+
         interface = Interface.of(env)
         DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
         env.reset(seed=config.seed)
     else:
+        from .tabular.run import check_learner
+
         check_learner(env, config)
 
 
@@ -116,6 +126,9 @@ def train_agent(
         judge: of the task, where its dynamics are known, for the metrics of tabular learners.
         callback: called with each row of metrics.
     """
+    from .tabular.run import train_learner
+    from .training import CHECKPOINT_FILE, POLICY_FILE, train
+
     if isinstance(config, DQNConfig):
         go_on = resume and (folder / CHECKPOINT_FILE).exists()  # else killed before the first checkpoint
         result = train(env, config, folder=folder, resume=go_on, callback=callback)
@@ -144,6 +157,9 @@ def load_agent(agent: str, path: str | os.PathLike[str]) -> Agent:
         FileFormatError: the file is damaged, or of another kind.
         OSError: it is missing or not readable.
     """
+    from .dqn import DoubleDQN
+    from .tabular.policy import TablePolicy
+
     return DoubleDQN.load(path) if agent == DOUBLE_DQN else TablePolicy.load(path)
 
 

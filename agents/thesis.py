@@ -27,7 +27,7 @@ from .curves import Curve, draw_curves
 from .pictures import board_of, draw_policy
 from .report import Report, tabular_policy
 from .run_folder import RunConfig, RunFolder
-from .train import Progress
+from .training import Progress
 
 FloatArray = npt.NDArray[np.float64]
 ROWS = 60

@@ -10,18 +10,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from ltlc.agents.tabular import (
-    LEARNERS,
-    FuTopcuConfig,
-    Learned,
-    QLearningConfig,
-    SadighConfig,
-    WangConfig,
-    train_fu_topcu,
-    train_q_learning,
-    train_sadigh,
-    train_wang,
-)
+from ltlc.agents.tabular import LEARNERS, FuTopcuConfig, Learned, QLearningConfig, SadighConfig, WangConfig
+from ltlc.agents.tabular.fu_topcu import train_fu_topcu
+from ltlc.agents.tabular.q_learning import train_q_learning
+from ltlc.agents.tabular.sadigh import train_sadigh
+from ltlc.agents.tabular.wang import train_wang
 from ltlc.envs import (
     GridWorld,
     LTLVectorWrapper,

@@ -322,6 +322,18 @@ class TestProcess:
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         assert done.stdout.splitlines()[-1] == ""
 
+    @pytest.mark.parametrize("arguments", [
+        ["agents"],
+        ["rewards"],
+        ["faithful", "F A", "-e", "ltlc/Thesis5x5-v0", "-r", "eventual"],
+        ["solve", "F A", "-e", "ltlc/Thesis5x5-v0", "-o", "policy.png"],
+    ])  # fmt: skip
+    def test_only_learning_loads_torch(self, arguments: list[str]) -> None:
+        code = f"import sys; from ltlc.cli.app import run; print(run({arguments!r}), 'torch' in sys.modules)"
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        assert done.stdout.splitlines()[-1] == "0 False"
+
     def test_a_reader_that_goes_away(self) -> None:
         Path("many.txt").write_text("GF a & GF b & FG !c\n" * 2000)
         child = process("compile", "-F", "many.txt")

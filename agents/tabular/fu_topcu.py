@@ -2,58 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from gymnasium.vector import VectorEnv
 
-from .config import LearnerConfig, check_open, check_positive
+from .config import FuTopcuConfig
 from .experience import Experience
 from .explore import Explorer
 from .learned import Callback, Learned, Stopwatch
 from .planning import accepting_components, as_table, reach_and_stay
-
-
-@dataclass(frozen=True, kw_only=True)
-class FuTopcuConfig(LearnerConfig):
-    """Hyperparameters of PAC learning with temporal logic constraints.
-
-    Raises:
-        InvalidArgumentError: a value is of the wrong kind or out of range.
-
-    References:
-        J. Fu, U. Topcu, Probably approximately correct MDP learning and control with temporal logic constraints, RSS
-        2014, doi 10.15607/RSS.2014.X.039, which leaves all values open.
-    """
-
-    epsilon: float = 0.01
-    """probability of satisfaction that may be lost, in (0, 1)."""
-    delta: float = 0.05
-    """probability with which each estimate may be wrong, in (0, 1)."""
-    time_horizon: int = 1000
-    """T, steps within which the formula should be decided, >= 1."""
-    accuracy: float | None = 0.03
-    """error of a transition probability at which it counts as known, in (0, 1); None: epsilon / (n_states * T), with
-    which the bound of the paper holds and which takes more steps than anyone has."""
-    discount: float = 0.99
-    """of a step, in (0, 1), to choose the quickest among policies that are equally likely to satisfy; the paper counts
-    to T instead."""
-    total_steps: int = 2_000_000
-    """environment steps at most, >= 1."""
-    refresh_every: int = 32
-    """steps of each sub-environment from one look at what is known to the next, >= 1."""
-    report_every: int = 50_000
-    """environment steps from one product, its plan and call back to the next, >= 1."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_open(self, "epsilon", "delta", "discount", "accuracy")
-        check_positive(self, "time_horizon", "refresh_every")
-
-    def accuracy_for(self, n_states: int) -> float:
-        """The accuracy that is asked for in an environment of so many states."""
-        return self.accuracy if self.accuracy is not None else self.epsilon / (n_states * self.time_horizon)
 
 
 def train_fu_topcu(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,47 +9,11 @@ import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
 from ..update import reachable_states
-from .config import LearnerConfig, check_positive, check_probability
+from .config import QLearningConfig
 from .experience import Batch, Experience, IntArray
 from .learned import Callback, Learned, Stopwatch
 
 FloatArray = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class QLearningConfig(LearnerConfig):
-    """Hyperparameters of tabular Q-learning.
-
-    Raises:
-        InvalidArgumentError: a value is of the wrong kind or out of range.
-
-    References:
-        C. Watkins, P. Dayan, Q-learning, Machine Learning 8, 1992, doi 10.1007/BF00992698.
-        H. van Hasselt, Double Q-learning, NeurIPS 2010.
-        C. Jin, Z. Allen-Zhu, S. Bubeck, M. Jordan, Is Q-learning provably efficient?, NeurIPS 2018, arXiv 1807.03765.
-        R. Toro Icarte et al., Reward machines: exploiting reward function structure in reinforcement learning, JAIR
-        2022, doi 10.1613/jair.1.12440 (counterfactual updates).
-    """
-
-    double: bool = False
-    """two tables: each step teaches one of them, by the other's value of the action that it thinks best itself."""
-    counterfactual: bool = True
-    """each step teaches every automaton state at once; else only the one it was made in."""
-    horizon: float = 100.0
-    """H of the learning rate (H + 1) / (H + n) of the n-th visit (Jin et al.), > 0: larger forgets early estimates
-    faster and averages over fewer late ones."""
-    averaging_steps: float = 25_000
-    """the policy is greedy in an exponential average of the table over about so many environment steps, > 0; 1: in the
-    table itself."""
-    epsilon_start: float = 1.0
-    """probability of a random action at the start, in [0, 1]."""
-    epsilon_final: float = 0.3
-    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_positive(self, "horizon", "averaging_steps")
-        check_probability(self, "epsilon_start", "epsilon_final")
 
 
 def train_q_learning(

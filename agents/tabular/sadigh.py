@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,50 +12,12 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import ExplicitMDP, RewardProduct
 from ltlc.rewards import RewardTables, get_scheme
 
-from .config import LearnerConfig, check_open, check_positive, check_probability
+from .config import SadighConfig
 from .experience import Experience, IntArray
 from .learned import Callback, Learned, Stopwatch
 from .model import EmpiricalModel
 
 FloatArray = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class SadighConfig(LearnerConfig):
-    """Hyperparameters of model-based temporal differences with Rabin weights.
-
-    Raises:
-        InvalidArgumentError: a value is of the wrong kind or out of range.
-
-    References:
-        D. Sadigh, E. S. Kim, S. Coogan, S. S. Sastry, S. A. Seshia, A learning based approach to control synthesis of
-        Markov decision processes for linear temporal logic specifications, CDC 2014, doi 10.1109/CDC.2014.7039527.
-    """
-
-    weight_inf: float = 1.0
-    """reward on an Inf mark, > 0."""
-    weight_fin: float = 10.0
-    """penalty on a Fin mark and on a violation, > 0."""
-    gamma: float = 0.99
-    """discount of every step, in (0, 1)."""
-    learning_rate: float = 1.0
-    """how far a temporal difference moves a value, in (0, 1]; a model's differences have no noise to average out."""
-    epsilon_start: float = 1.0
-    """probability of a random action at the start, in [0, 1]."""
-    epsilon_final: float = 0.3
-    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
-    sweeps: int = 200
-    """sweeps of temporal differences over the learned product after each batch of steps, >= 1."""
-    total_steps: int = 400_000
-    """environment steps, >= 1."""
-    report_every: int = 10_000
-    """environment steps from one product, its sweeps and call back to the next, >= 1."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_open(self, "gamma")
-        check_positive(self, "weight_inf", "weight_fin", "learning_rate", "sweeps")
-        check_probability(self, "learning_rate", "epsilon_start", "epsilon_final")
 
 
 def train_sadigh(

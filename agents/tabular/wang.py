@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,52 +12,13 @@ from scipy.sparse import linalg
 
 from ltlc.mdp import Product
 
-from .config import LearnerConfig, check_open, check_positive
+from .config import WangConfig
 from .experience import Experience, IntArray
 from .explore import Explorer
 from .learned import Callback, Learned, Stopwatch
 from .planning import Components, accepting_components, as_table, cut
 
 FloatArray = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class WangConfig(LearnerConfig):
-    """Hyperparameters of the actor-critic method.
-
-    Raises:
-        InvalidArgumentError: a value is of the wrong kind or out of range.
-
-    References:
-        J. Wang, X. Ding, M. Lahijanian, I. Paschalidis, C. Belta, Temporal logic motion control using actor-critic
-        methods, International Journal of Robotics Research 34(10), 2015, doi 10.1177/0278364915581505.
-        R. Moazzez Estanjini, X. Ding, M. Lahijanian, J. Wang, C. Belta, I. Paschalidis, Least squares temporal
-        difference actor-critic methods with applications to robot motion control, CDC 2011,
-        doi 10.1109/CDC.2011.6160892.
-    """
-
-    accuracy: float = 0.03
-    """error of a transition probability at which it counts as known, in (0, 1)."""
-    delta: float = 0.05
-    """probability with which each estimate may be wrong, in (0, 1)."""
-    discount: float = 0.99
-    """of a step until the first Inf mark in a component, in (0, 1); the paper has none, and is then indifferent between
-    all policies where every one reaches a component at last."""
-    step_size: float = 3.0
-    """of the actor, in units of the largest advantage, > 0."""
-    iterations: int = 200
-    """rounds of critic and actor, >= 1."""
-    total_steps: int = 2_000_000
-    """environment steps at most, >= 1."""
-    refresh_every: int = 32
-    """steps of each sub-environment from one look at what is known to the next, >= 1."""
-    report_rounds: int = 10
-    """rounds from one call back to the next, once exploration is over, >= 1."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_open(self, "accuracy", "delta", "discount")
-        check_positive(self, "step_size", "iterations", "refresh_every", "report_rounds")
 
 
 def train_wang(

@@ -56,7 +56,7 @@ def solve(
       ltlc solve "F(A & F B) & G !C" --env ltlc/Thesis10x10-v0 --reward zeta-reach -o policy.png
       ltlc solve "!C U A" --env ltlc/Thesis10x10-v0 --prism check
     """
-    from ltlc.mdp.verdict import Judge
+    from ltlc.mdp.verdict import Judge, exact_lines
     from ltlc.rewards import RECOMMENDED, get_scheme
     from ltlc.task import Task
 
@@ -85,7 +85,7 @@ def solve(
     if judge.optimum is None:
         complain(f"warning: the rewards {reward!r} can be collected for ever without a discount: no optimal return")
         return
-    print_figures(_lines(judge), (f"optimal for the rewards '{reward}'", ""))
+    print_figures(exact_lines(judge.optimum, None), (f"optimal for the rewards '{reward}'", ""))
     if output is not None:
         print(f"The policy is in {output}.")
 
@@ -99,15 +99,11 @@ def _export(folder: str, place: Setting, task: Task) -> Exported:
     return export_checkable(place.model, parse(task.formula), folder, "model", initial_label=place.initial_label)
 
 
-def _lines(judge: Judge) -> list[tuple[str, Any, Any]]:
-    lines = import_module("ltlc.agents.report").exact_lines(judge.optimum, None)
-    return [tuple(line) for line in lines]
-
-
 def _values(judge: Judge) -> dict[str, Any]:
     """The answer as JSON values; infinities as text."""
-    values = import_module("ltlc.agents.report").verdict_values
-    optimum = None if judge.optimum is None else values(judge.optimum)
+    from ltlc.mdp.verdict import verdict_values
+
+    optimum = None if judge.optimum is None else verdict_values(judge.optimum)
     maximum = judge.maximum
     return {
         "maximum_satisfaction": [maximum.lower, maximum.probability, maximum.upper],

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
+from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.explicit import IntArray
 from ltlc.mdp.measures import (
     acceptances_per_1000_steps,
@@ -60,6 +62,47 @@ class PolicyVerdict:
     """expected number of the first accepting step, counted from 1; inf where it may never come."""
     acceptances_per_1000_steps: float
     """accepting steps per 1000 steps in the long run."""
+
+
+class Line(NamedTuple):
+    """One figure of a policy, beside the same one of the best policy."""
+
+    title: str
+    learned: float | Estimate
+    optimum: float | None
+    """of the policy that is optimal for the rewards; None where it is not known."""
+
+
+EXACT_TITLES = {
+    "satisfaction": "P(formula satisfied)",
+    "discounted_return": "expected return, discounted",
+    "total_return": "expected return, undiscounted",
+    "steps": "steps per episode",
+    "violations_per_episode": "violations per episode",
+    "violations_per_step": "violations per step",
+    "first_acceptance_probability": "P(an accepting step in the episode)",
+    "first_acceptance_steps": "steps to the first acceptance",
+    "acceptances_per_1000_steps": "acceptances per 1000 steps",
+}
+"""titles of the figures of a `PolicyVerdict`, in reading order."""
+
+
+def exact_lines(verdict: PolicyVerdict, optimum: PolicyVerdict | None) -> list[Line]:
+    """The figures of a policy, beside those of the one that is optimal for the rewards."""
+    return [
+        Line(title, getattr(verdict, name), None if optimum is None else getattr(optimum, name))
+        for name, title in EXACT_TITLES.items()
+    ]
+
+
+def verdict_values(verdict: PolicyVerdict) -> dict[str, Any]:
+    """The figures as JSON values; infinities as text."""
+    return {name: plain(getattr(verdict, name)) for name in EXACT_TITLES}
+
+
+def plain(value: float | None) -> float | str | None:
+    """A figure as a JSON value."""
+    return value if value is None or math.isfinite(value) else str(value)
 
 
 class Judge:
