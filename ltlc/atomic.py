@@ -37,12 +37,10 @@ def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> Path:
     Raises:
         OSError: the folder is missing, not writable or full; `filename` is the path.
     """
-    return atomic_write_all({path: data})[0]
+    return atomic_write_all({Path(path): data})[0]
 
 
-def atomic_write_all(
-    files: Mapping[str | os.PathLike[str], str | bytes], *, instead_of: Iterable[str | os.PathLike[str]] = ()
-) -> tuple[Path, ...]:
+def atomic_write_all(files: Mapping[Path, str | bytes], *, instead_of: Iterable[Path] = ()) -> tuple[Path, ...]:
     """Write several files, each as `atomic_write` does; none takes its place before all are on the disk.
 
     Args:
@@ -55,14 +53,13 @@ def atomic_write_all(
     Raises:
         OSError: as of `atomic_write`; all files are as they were, but for a failure while they take their places.
     """
-    targets = {Path(path): data.encode("utf-8") if isinstance(data, str) else data for path, data in files.items()}
     with contextlib.ExitStack() as stack:
-        staged = [stack.enter_context(_Staged(target, content)) for target, content in targets.items()]
+        staged = [stack.enter_context(_Staged(target, data)) for target, data in files.items()]
         for old in instead_of:
-            Path(old).unlink(missing_ok=True)
+            old.unlink(missing_ok=True)
         for file in staged:
             file.place()
-    return tuple(targets)
+    return tuple(files)
 
 
 def remove_leftovers(folder: str | os.PathLike[str]) -> None:
@@ -107,8 +104,9 @@ def is_at(handle: int, path: str | os.PathLike[str]) -> bool:
 class _Staged:
     """A file that is written and not yet in its place; the end of the context removes it if it never gets there."""
 
-    def __init__(self, target: Path, content: bytes) -> None:
-        self._target, self._content = target, content
+    def __init__(self, target: Path, data: str | bytes) -> None:
+        self._target = target
+        self._content = data.encode("utf-8") if isinstance(data, str) else data
         self._real = Path(os.path.realpath(target))
         self._handle, self._name = -1, ""
 

@@ -4,6 +4,7 @@ Exit codes: 0 done, 1 a negative answer, 2 bad usage or input, 3 a limit was hit
 """
 
 import io
+import os
 import signal
 import sys
 from typing import NoReturn
@@ -14,6 +15,7 @@ def main() -> NoReturn:
     if hasattr(signal, "SIGPIPE"):
         # A reader that goes away (`ltlc ... | head`) ends the process silently, as with other Unix tools.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    _open_standard_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # not every terminal has arrows and logical signs
     try:
@@ -23,3 +25,19 @@ def main() -> NoReturn:
     except KeyboardInterrupt:
         code = 130
     sys.exit(code)
+
+
+def _open_standard_streams() -> None:
+    """Open the standard streams that the caller has closed, in a way that reading and writing them fails.
+
+    Else files opened later would take their numbers, and what libraries print would end up in those. What goes to
+    standard error vanishes then: there is nobody to tell.
+    """
+    streams = (("stdin", "r", os.O_WRONLY), ("stdout", "w", os.O_RDONLY), ("stderr", "w", os.O_WRONLY))
+    for number, (name, mode, flags) in enumerate(streams):
+        if getattr(sys, name) is None:
+            handle = os.open(os.devnull, flags)
+            if handle != number:
+                os.dup2(handle, number)
+                os.close(handle)
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from ltlc.cli import agents, check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
-from ltlc.cli.messages import complain, show_warning
+from ltlc.cli.messages import complain, complain_of_system, show_warning
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__, is_compiled
 
@@ -73,8 +73,7 @@ def run(arguments: Sequence[str]) -> int:
         except LtlcError as error:
             return complain(error, code=3 if isinstance(error, LimitExceeded) else 2)
         except OSError as error:
-            where = error.filename2 or error.filename  # the former is the target where a temporary file replaces it
-            return complain(f"{where}: {error.strerror}" if where else error)
+            return complain_of_system(error)
         except UnicodeDecodeError as error:
             return complain(f"the input is not UTF-8 text: {error.reason} at byte {error.start}")
         except MemoryError:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
+from ltlc.cli.inputs import standard_input
 from ltlc.cli.messages import complain
 from ltlc.cli.outputs import write_bytes
 from ltlc.cli.summary import as_data
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence[str], as_json: bool) -> int:
     """Compile the formulas of a file one after the other.
 
-    Each result is on standard output before the next formula is read. Files are written at the end, complete.
+    Each result is on standard output before the next formula is read. Files are written at the end, complete: an
+    interrupted batch leaves them as they were.
 
     Args:
         source: a path, or `-` for standard input.
@@ -31,7 +32,7 @@ def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence
     Returns:
         The exit code: 2 if a line failed, else 0.
     """
-    from ltlc.atomic import atomic_write
+    from ltlc.atomic import atomic_write_all
     from ltlc.errors import LtlcError
     from ltlc.ltl import read_formulas
 
@@ -51,15 +52,15 @@ def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence
                 print(json.dumps(as_data(dra), ensure_ascii=False), flush=True)
             elif not files or "-" in targets:
                 write_bytes(dra.to_hoa().encode("utf-8"))
-    for file in files:
-        atomic_write(file, "".join(collected))
+    stream = "".join(collected)
+    atomic_write_all(dict.fromkeys(map(Path, files), stream))
     return code
 
 
 @contextmanager
-def _opened(source: str) -> Iterator[TextIO]:
+def _opened(source: str) -> Iterator[Iterable[str]]:
     if source == "-":
-        yield sys.stdin
+        yield standard_input()
     else:
         with Path(source).open(encoding="utf-8") as stream:
             yield stream

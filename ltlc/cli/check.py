@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ltlc.cli import flags
-from ltlc.cli.inputs import given_automaton
+from ltlc.cli.inputs import formula_text, given_automaton
 from ltlc.cli.messages import complain
 
 if TYPE_CHECKING:
@@ -46,7 +45,7 @@ def check(
     known = propositions(subject) if isinstance(subject, Formula) else subject.aps
     verdicts = []
     for argument in word:
-        text = sys.stdin.read() if argument == "-" else argument
+        text = formula_text(argument)
         lasso = parse_word(text)
         strange = {name for letter in lasso.letters for name in letter} - set(known)
         if strange:

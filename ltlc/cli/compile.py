@@ -22,7 +22,13 @@ def compile_(
     formula: Annotated[str | None, typer.Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")] = None,
     formulas: Annotated[
         str | None,
-        typer.Option("--formulas", "-F", metavar="FILE", help="A file of formulas, one a line, or - to read them."),
+        typer.Option(
+            "--formulas",
+            "-F",
+            metavar="FILE",
+            callback=flags.path_given,
+            help="A file of formulas, one a line, or - to read them.",
+        ),
     ] = None,
     output: Output = None,
     form: Annotated[
@@ -41,7 +47,8 @@ def compile_(
 
     With -F the automata are written as a stream of HOA, in the order of the
     formulas; a line that fails is reported with its number, the rest goes on,
-    and the exit code is 2.
+    and the exit code is 2. Interrupted, standard output has the automata so
+    far; files of -o are as they were, since they appear at the end.
 
     \b
     Examples:
@@ -75,7 +82,8 @@ def compile_(
         return
     if form not in (None, "hoa") or any(target != "-" and not target.endswith(".hoa") for target in targets):
         raise InvalidArgumentError("-F writes a stream of automata, which only HOA can hold")
-    raise typer.Exit(compile_file(formulas or "-", translated, targets, json_))
+    assert formulas is not None
+    raise typer.Exit(compile_file(formulas, translated, targets, json_))
 
 
 def _one(dra: DRA, targets: list[str], form: Format, json_: bool) -> None:

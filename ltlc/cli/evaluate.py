@@ -15,7 +15,9 @@ from ltlc.errors import InvalidArgumentError
 
 
 def evaluate(
-    run: Annotated[str, typer.Argument(metavar="RUN", help="A run folder, as 'ltlc train' makes it.")],
+    run: Annotated[
+        str, typer.Argument(metavar="RUN", callback=flags.path_given, help="A run folder, as 'ltlc train' makes it.")
+    ],
     episodes: Annotated[
         int, typer.Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
     ] = 100,

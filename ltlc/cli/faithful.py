@@ -36,7 +36,10 @@ def faithful(
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
-        str | None, typer.Option("--output", "-o", metavar="FILE", help="Draw the table: .png, .svg or .pdf.")
+        str | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", callback=flags.path_given, help="Draw the table: .png, .svg or .pdf."
+        ),
     ] = None,
     json_: flags.Json = False,
 ) -> None:

@@ -6,11 +6,25 @@ from typing import Annotated, Literal
 
 import typer
 
+from ltlc.errors import InvalidArgumentError
+
 
 def _translator_names(incomplete: str) -> list[str]:
     from ltlc.translate import TRANSLATORS
 
     return [name for name in ("auto", *TRANSLATORS) if name.startswith(incomplete)]
+
+
+def path_given(parameter: typer.CallbackParam, value: str | list[str] | None) -> str | list[str] | None:
+    """Callback of options that name a path: an empty one, as of a variable that is not set, is no default.
+
+    Raises:
+        InvalidArgumentError: the path is empty or blank.
+    """
+    for path in [value] if isinstance(value, str) else value or []:
+        if not path.strip():
+            raise InvalidArgumentError(f"{parameter.opts[0]} is empty; give a path")
+    return value
 
 
 Translator = Annotated[
@@ -41,6 +55,11 @@ Timeout = Annotated[
 ]
 Prism = Annotated[
     str | None,
-    typer.Option("--prism", metavar="DIR", help="Write files with which PRISM or Storm can check the probability."),
+    typer.Option(
+        "--prism",
+        metavar="DIR",
+        callback=path_given,
+        help="Write files with which PRISM or Storm can check the probability.",
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]

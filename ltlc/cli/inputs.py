@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,8 +14,20 @@ AUTOMATON_SUFFIXES = (".json", ".hoa")
 
 
 def formula_text(argument: str) -> str:
-    """The formula given as an argument, or on standard input for `-`."""
-    return sys.stdin.read() if argument == "-" else argument
+    """The formula or word given as an argument, or on standard input for `-`."""
+    return "".join(standard_input()) if argument == "-" else argument
+
+
+def standard_input() -> Iterator[str]:
+    """The lines of standard input.
+
+    Raises:
+        OSError: it cannot be read; `filename` says what.
+    """
+    try:
+        yield from sys.stdin
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard input") from error
 
 
 def given_automaton(source: str) -> DRA | str:
@@ -22,7 +35,7 @@ def given_automaton(source: str) -> DRA | str:
     from ltlc.compiler import DRA, load
 
     if source == "-":
-        text = sys.stdin.read()
+        text = "".join(standard_input())
         if text.lstrip().startswith("{"):
             from ltlc.formats import from_json
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from ltlc.cli import flags
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ Output = Annotated[
         "--output",
         "-o",
         metavar="FILE",
+        callback=flags.path_given,
         help="Where to write: .json .hoa .dot .mmd .md .svg .png .pdf, or - for standard output. May be repeated.",
     ),
 ]
@@ -49,12 +51,12 @@ def check_targets(targets: Sequence[str]) -> None:
 
 
 def write_targets(dra: DRA, targets: Sequence[str], form: Format = "hoa") -> None:
-    """Write an automaton to every target; `form` is for standard output."""
-    for target in targets:
-        if target == "-":
-            write_bytes(_as_bytes(dra, form))
-        else:
-            dra.save(target)
+    """Write an automaton to every target: the files, all or none, then standard output, in the format `form`."""
+    from ltlc.formats.files import write_all
+
+    write_all(dra, [target for target in targets if target != "-"])
+    if "-" in targets:
+        write_bytes(_as_bytes(dra, form))
 
 
 def write_bytes(data: bytes) -> None:

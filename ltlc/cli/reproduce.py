@@ -35,7 +35,14 @@ def reproduce(
     ] = False,
     out: Annotated[
         str | None,
-        typer.Option("--out", "-o", metavar="DIR", help="Where runs and figures go.", show_default="reproduce/CASE"),
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="DIR",
+            callback=flags.path_given,
+            help="Where runs and figures go.",
+            show_default="reproduce/CASE",
+        ),
     ] = None,
     json_: flags.Json = False,
 ) -> None:
@@ -57,7 +64,7 @@ def reproduce(
         raise InvalidArgumentError("the run-time comparison is static; leave --static and --dynamic out")
     if seeds is not None and seeds < 1:
         raise InvalidArgumentError(f"--seeds is {seeds}; at least 1 is needed")
-    folder = Path(out or Path("reproduce") / case)
+    folder = Path("reproduce") / case if out is None else Path(out)
     if case == "runtime":
         raise typer.Exit(compare(folder, seeds, quick, json_))
     wanted = {"static": static, "dynamic": dynamic} if static != dynamic else {}

@@ -38,7 +38,13 @@ def solve(
     translator: flags.Translator = "auto",
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Draw the policy that is optimal for the rewards."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=flags.path_given,
+            help="Draw the policy that is optimal for the rewards.",
+        ),
     ] = None,
     prism: flags.Prism = None,
     json_: flags.Json = False,

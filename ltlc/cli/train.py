@@ -64,7 +64,14 @@ def train(
     ] = "default",
     out: Annotated[
         str | None,
-        typer.Option("--out", "-o", metavar="DIR", help="The run folder.", show_default="runs/TASK-ENV-SEED"),
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="DIR",
+            callback=flags.path_given,
+            help="The run folder.",
+            show_default="runs/TASK-ENV-SEED",
+        ),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the run in the folder.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the run in the folder.")] = False,
@@ -106,7 +113,7 @@ def train(
             agent=agent,
             hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),
         )
-        folder = Path(out) if out else folders.default_folder(automaton.formula or "task", env, seed, agent)
+        folder = Path(out) if out is not None else folders.default_folder(automaton.formula or "task", env, seed, agent)
         run = _opened(folders, folder, wanted, automaton) if resume else None
         if run is None:
             folders.RunFolder(folder, wanted, automaton).check()

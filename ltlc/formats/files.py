@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from ltlc.atomic import atomic_write
+from ltlc.atomic import atomic_write_all
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError
 from ltlc.formats.dot import to_dot
 from ltlc.formats.hoa import to_hoa
 from ltlc.formats.hoa_reader import from_hoa
 from ltlc.formats.json import from_json, to_json
 from ltlc.formats.mermaid import to_mermaid
-from ltlc.formats.picture import PICTURES, render
+from ltlc.formats.picture import PICTURES, drawn
 
 TEXT_WRITERS: Mapping[str, Callable[[RabinAutomaton], str]] = {
     ".json": to_json,
@@ -40,14 +40,33 @@ def write(automaton: RabinAutomaton, path: str | os.PathLike[str]) -> Path:
         MissingProgramError: nothing that draws is installed; the .dot file was written beside.
         OSError: the folder is missing, not writable or full.
     """
-    target = Path(path)
-    suffix = target.suffix.lower()
-    if suffix in PICTURES:
-        return render(automaton, target)
-    if suffix not in TEXT_WRITERS:
-        known = " ".join([*TEXT_WRITERS, *PICTURES])
-        raise InvalidArgumentError(f"{target}: no format has the suffix {suffix!r}; known are {known}")
-    return atomic_write(target, TEXT_WRITERS[suffix](automaton))
+    write_all(automaton, [path])
+    return Path(path)
+
+
+def write_all(automaton: RabinAutomaton, paths: Iterable[str | os.PathLike[str]]) -> None:
+    """Write the automaton to several files, each as `write` does; none takes its place before all are on the disk.
+
+    Raises:
+        InvalidArgumentError, OSError: as of `write`; nothing was written.
+        MissingProgramError: as of `write`; all else was written.
+    """
+    contents: dict[Path, str | bytes] = {}
+    problem: MissingProgramError | None = None
+    for target in map(Path, paths):
+        suffix = target.suffix.lower()
+        if suffix in TEXT_WRITERS:
+            contents[target] = TEXT_WRITERS[suffix](automaton)
+        elif suffix in PICTURES:
+            picture, without = drawn(automaton, target)
+            contents |= picture
+            problem = problem or without
+        else:
+            known = " ".join([*TEXT_WRITERS, *PICTURES])
+            raise InvalidArgumentError(f"{target}: no format has the suffix {suffix!r}; known are {known}")
+    atomic_write_all(contents)
+    if problem is not None:
+        raise problem
 
 
 def read(path: str | os.PathLike[str]) -> RabinAutomaton:

@@ -8,7 +8,7 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
-from ltlc.atomic import atomic_write
+from ltlc.atomic import atomic_write_all
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.dot import FONT, to_dot
@@ -32,18 +32,31 @@ def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_dead
         MissingProgramError: nothing that draws is installed; the message says where the .dot file was written.
         OSError: the folder is missing, not writable or full.
     """
-    target = Path(path)
+    contents, problem = drawn(automaton, Path(path), hide_deadlock=hide_deadlock)
+    atomic_write_all(contents)
+    if problem is not None:
+        raise problem
+    return Path(path)
+
+
+def drawn(
+    automaton: RabinAutomaton, target: Path, *, hide_deadlock: bool = False
+) -> tuple[dict[Path, str | bytes], MissingProgramError | None]:
+    """What `render` is to write, by path: the picture, or its source beside it and what to tell the user then.
+
+    Raises:
+        InvalidArgumentError: the suffix is none of `PICTURES`.
+    """
     suffix = target.suffix.lower()
     if suffix not in PICTURES:
         raise InvalidArgumentError(f"{target}: no picture has the suffix {suffix!r}; known are {' '.join(PICTURES)}")
     source = to_dot(automaton, hide_deadlock=hide_deadlock)
     try:
-        picture = draw(source, suffix[1:])
+        return {target: draw(source, suffix[1:])}, None
     except MissingProgramError as error:
-        beside = atomic_write(target.with_suffix(".dot"), source)
+        beside = target.with_suffix(".dot")
         advice = f"{error}\nThe picture was written as {beside}; afterwards: dot -T{suffix[1:]} {beside} -o {target}"
-        raise MissingProgramError(advice) from None
-    return atomic_write(target, picture)
+        return {beside: source}, MissingProgramError(advice)
 
 
 def draw(source: str, kind: str) -> bytes:
