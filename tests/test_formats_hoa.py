@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import io
+import random
 import re
 import time
 
 import numpy as np
 import pytest
+from lark.exceptions import UnexpectedInput
 from random_automata import random_automata, random_automaton, random_lassos
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.compare import equivalent, is_empty
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError
 from ltlc.formats import from_hoa, read_hoa_stream, to_hoa
+from ltlc.formats.hoa_parser import HoaSyntaxError, _parser, parse_body, parse_label
 
 
 def test_round_trip_is_stable_and_keeps_the_language() -> None:
@@ -284,7 +287,10 @@ WRONG = [
     (hoa("State: 0 [t] 0", acceptance="1 Sup(0)"), "line 5, column 15: unexpected 'Sup'"),
     (hoa("State: 0 [t] 0", acceptance="1 Inf(0) &"), "line 6, column 1: unexpected '--BODY--'; expected"),
     (
-        hoa("State: 0 [t] 0", acceptance="40 " + "&".join(f"(Fin({2 * i})|Inf({2 * i + 1}))" for i in range(20))),
+        hoa(
+            f"State: 0 {{{' '.join(map(str, range(40)))}}} [t] 0",
+            acceptance="40 " + "&".join(f"(Fin({2 * i})|Inf({2 * i + 1}))" for i in range(20)),
+        ),
         "the acceptance condition has more than 1024 terms",
     ),
     (to_hoa(next(random_automata(1))) * 2, "there is more than one automaton"),
@@ -296,6 +302,172 @@ def test_wrong_text(text: str, message: str) -> None:
     with pytest.raises(FileFormatError) as caught:
         from_hoa(text)
     assert message in str(caught.value)
+
+
+# What a file claims
+
+
+def claiming(claims: str, body: str = "State: 0 {0} [0] 0 [!0] 1 State: 1 [t] 1", **parts: str) -> str:
+    return hoa(body, header=f"properties: {claims}", **parts)
+
+
+HOLDS = [
+    claiming("complete deterministic unambiguous state-acc explicit-labels trans-labels no-univ-branch !colored"),
+    claiming("weak very-weak inherently-weak !terminal", "State: 0 [0] 0 {0} [!0] 1 State: 1 [t] 1"),
+    claiming("!weak !very-weak inherently-weak", "State: 0 [0] 0 {0} [!0] 1 State: 1 [t] 0 {0} State: 2 [t] 2 {0}"),
+    claiming("!inherently-weak colored", "State: 0 [0] 0 {0} [!0] 0 {1}", acceptance="2 Inf(0)"),
+    claiming("terminal weak", "State: 0 [0] 0 [!0] 1 State: 1 [t] 1 {0}"),
+    claiming("weak !very-weak !terminal", "State: 0 {0} [0] 1 State: 1 {0} [t] 0"),
+    claiming("state-labels state-acc explicit-labels", "State: [0] 0 1 State: [1] 1 0"),
+    claiming("implicit-labels trans-labels complete", "State: 0 0 0 {0} 0 0"),
+    claiming("stutter-invariant tight !tight unknown !unknown"),
+]
+"""files that claim what is so"""
+
+FAILS = [
+    (claiming("complete", "State: 0 [0] 0"), "line 7, column 8: state 0 has no edge for the letter !a & !b"),
+    (claiming("complete", "State: 0 [t] 0 State: 1"), "line 7, column 23: state 1 has no edge for the letter !a & !b"),
+    (claiming("complete", start=""), "there is no initial state, though line 4 claims `complete`"),
+    (claiming("!deterministic"), "line 4, column 14: `!deterministic` does not hold"),
+    (claiming("exist-branch"), "`exist-branch` does not hold"),
+    (claiming("univ-branch"), "`univ-branch` does not hold"),
+    (claiming("!unambiguous"), "`!unambiguous` does not hold"),
+    (claiming("state-acc", "State: 0 [t] 0 {0}"), "line 7, column 16: this edge has marks, though line 4 claims"),
+    (claiming("trans-acc", "State: 0 {0} [t] 0"), "line 7, column 10: state 0 has marks, though line 4 claims"),
+    (claiming("implicit-labels"), "line 7, column 14: this edge has a label, though"),
+    (claiming("implicit-labels", "State: [0] 0 0"), "line 7, column 8: state 0 has a label, though"),
+    (claiming("trans-labels", "State: [0] 0 0"), "state 0 has a label, though line 4 claims `trans-labels`"),
+    (claiming("state-labels"), "this edge has a label, though line 4 claims `state-labels`"),
+    (claiming("explicit-labels", "State: 0 0 0 0 0"), "state 0 has neither a label nor edges with labels"),
+    (claiming("colored"), "`colored` does not hold"),
+    (claiming("weak", "State: 0 [0] 0 {0} [!0] 1 State: 1 [t] 0"), "`weak` does not hold"),
+    (claiming("very-weak", "State: 0 [0] 0 {0} [!0] 1 {0} State: 1 [t] 0 {0}"), "`very-weak` does not hold"),
+    (claiming("inherently-weak", "State: 0 [0] 0 {0} [!0] 0"), "`inherently-weak` does not hold"),
+    (claiming("terminal"), "`terminal` does not hold"),
+    (claiming("terminal", "State: 0 {0} [0] 0"), "`terminal` does not hold"),
+    (claiming("!weak"), "`!weak` does not hold"),
+]
+
+
+@pytest.mark.parametrize("text", HOLDS)
+def test_claims_that_hold(text: str) -> None:
+    from_hoa(text)
+
+
+@pytest.mark.parametrize(("text", "message"), FAILS)
+def test_claims_that_fail(text: str, message: str) -> None:
+    with pytest.raises(FileFormatError) as caught:
+        from_hoa(text)
+    assert message in str(caught.value)
+
+
+def test_a_lost_line_is_noticed_or_changes_nothing() -> None:
+    for automaton in random_automata(30, max_states=4):
+        lines = to_hoa(automaton).splitlines(keepends=True)
+        for i in range(len(lines)):
+            try:
+                again = from_hoa("".join(lines[:i] + lines[i + 1 :]))
+            except FileFormatError:
+                continue
+            assert i < lines.index("--BODY--\n")
+            assert again.aps == () if lines[i].startswith("AP:") else equivalent(again, automaton)
+
+
+NAMES = ["Buchi", "co-Buchi", "all", "none", "Rabin 1", "Rabin 2", "Streett 1", "Streett 2", "generalized-Buchi 3"]
+NAMES += ["generalized-co-Buchi 3", "generalized-Rabin 2 2 1", "parity min even 4", "parity max odd 5"]
+
+
+def test_names_of_conditions() -> None:
+    for name in NAMES:
+        for other, condition in NAMED.items():
+            text = hoa("State: 0 [t] 0", header=f"acc-name: {name}", acceptance=condition)
+            if name == other:
+                from_hoa(text)
+            elif other in NAMES:
+                with pytest.raises(
+                    FileFormatError, match=f"line 4, column 1: the condition .* is not what is called {name}"
+                ):
+                    from_hoa(text)
+    for name in ("Rabin", "parity up odd 3", "very-strange 3", "generalized-Rabin 2 1"):  # not defined
+        from_hoa(hoa("State: 0 [t] 0", header=f"acc-name: {name}"))
+    with pytest.raises(FileFormatError, match="is not what is called Rabin 999999999"):
+        from_hoa(hoa("State: 0 [t] 0", header="acc-name: Rabin 999999999"))
+    old = "5 Inf(0) | (Fin(0)&Fin(1)&Inf(2)) | (Fin(0)&Fin(1)&Fin(2)&Fin(3)&Inf(4))"  # as in the first text of v1
+    from_hoa(hoa("State: 0 [t] 0", header="acc-name: parity min even 5", acceptance=old))
+
+
+def test_sets_that_nothing_carries_make_no_pairs() -> None:
+    condition = "Fin(0)"
+    for i in range(1, 411):
+        condition = f"{'Inf' if i % 2 else 'Fin'}({i}) {'|' if i % 2 else '&'} ({condition})"
+    edges = " ".join(f"State: {q} [0] {(q + 1) % 34} {{{200 + q % 3}}} [!0] {q // 2} {{7}}" for q in range(34))
+    text = hoa(edges, ap='1 "a"', acceptance=f"411 {condition}", header="acc-name: parity max odd 411")
+    automaton = from_hoa(text)
+    assert (automaton.n_states, automaton.n_pairs) == (34, 2)
+    few = "5 Fin(4) & (Inf(3) | (Fin(2) & (Inf(1) | Fin(0))))"
+    for old, new in ((7, 1), (200, 2), (201, 3), (202, 4)):
+        edges = edges.replace(f"{{{old}}}", f"{{{new}}}")
+    assert equivalent(automaton, from_hoa(hoa(edges, ap='1 "a"', acceptance=few)))
+
+
+def test_header_names_with_dots_and_denied_properties() -> None:
+    text = hoa(
+        "State: 0 [t] 0", header='spot.highlight.states: 0 3\nspot.x-y: t "s"\nproperties: deterministic !weak.x'
+    )
+    assert from_hoa(text.replace("v1", "v1.1")).n_states == 1
+
+
+def test_bodies_are_read_as_the_grammar_says() -> None:
+    rng = random.Random(7)
+    words = [
+        "State:",
+        "0",
+        "1",
+        "17",
+        "01",
+        "[0]",
+        "[ !0 ]",
+        "[t",
+        "{0}",
+        "{ 0 0 }",
+        "{",
+        "&",
+        '"s"',
+        '"\\""',
+        "x",
+    ]
+    for _ in range(3_000):
+        body = "".join(rng.choice(words) + rng.choice(["", " ", "\n"]) for _ in range(rng.randint(1, 9)))
+        if rng.random() < 0.7:
+            body = f"State: 0 {body}"
+        text = f"HOA: v1 Acceptance: 1 t --BODY-- {body} --END--"
+        start = text.index("--BODY--") + 8
+        try:
+            list(parse_body(text, start))
+            fits = True
+        except HoaSyntaxError:
+            fits = False
+        try:
+            _parser().parse(text[: text.index("--END--") + 7] if fits else text, start="automaton")
+        except UnexpectedInput:
+            assert not fits, text
+        else:
+            assert fits, text
+
+
+def test_labels_are_read_as_the_grammar_says() -> None:
+    rng = random.Random(8)
+    words = ["0", "1", "12", "@a", "t", "f", "!", "&", "|", "(", ")", "a", " "]
+    for _ in range(3_000):
+        text = "[" + "".join(rng.choice(words) for _ in range(rng.randint(1, 8))) + "]"
+        try:
+            expected = _parser().parse(text, start="label")
+        except UnexpectedInput:
+            expected = None
+        try:
+            assert parse_label(text) is expected
+        except HoaSyntaxError:
+            assert expected is None
 
 
 def test_too_many_propositions() -> None:

@@ -2,7 +2,8 @@
 
 The condition goes into disjunctive normal form. A term is one pair: its Fin sets are joined into one; several Inf sets
 are visited in turn, which a counter in the state remembers (the degeneralisation of generalized Buchi automata).
-Buchi, co-Buchi, parity, Streett, generalized Rabin and their Boolean combinations are all instances of this.
+Buchi, co-Buchi, parity, Streett, generalized Rabin and their Boolean combinations are all instances of this. Before,
+sets that nothing carries are replaced by what is true of them, since the form grows with the number of sets.
 
 References:
     E. A. Emerson, C.-L. Lei, Modalities for model checking: branching time logic strikes back, Science of Computer
@@ -13,7 +14,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -21,12 +22,17 @@ import numpy as np
 
 from ltlc.automata.rabin import BoolArray, RabinAutomaton
 from ltlc.errors import StateLimitExceeded
+from ltlc.ltl.formula import TRUE, And, Formula, Or, Proposition
+from ltlc.ltl.traversal import postorder
 
 MAX_TERMS = 1024
 """Terms of the largest disjunctive normal form that is built."""
 
 MAX_STATES = 100_000
 """States of the largest automaton with counters that is built."""
+
+_MAX_MARKS = 1 << 24
+"""Entries of its largest table, one for each state, letter class and pair."""
 
 
 class Atom(NamedTuple):
@@ -36,20 +42,53 @@ class Atom(NamedTuple):
     complement: bool
     number: int
 
+    @classmethod
+    def of(cls, name: str) -> Atom:
+        """The atom that a condition names like `Fin(!3)`."""
+        # a number with more digits than any set can have is refused later, as out of range
+        return cls(name.startswith("Inf"), name[4] == "!", int(name[4:-1].lstrip("!")[:12]))
+
 
 Term = frozenset[Atom]
-Condition = tuple[Term, ...]
+Terms = tuple[Term, ...]
 """A disjunction of conjunctions of atoms, in the order of the text; () is false."""
 
-ALWAYS: Condition = (Term(),)
-NEVER: Condition = ()
+ALWAYS: Terms = (Term(),)
+NEVER: Terms = ()
 
 
 class TooManyTermsError(Exception):
     """The disjunctive normal form is too large."""
 
 
-def any_of(parts: Iterable[Condition]) -> Condition:
+def atoms_of(condition: Formula) -> list[Atom]:
+    """The atoms of a condition, without repetition."""
+    return [Atom.of(node.name) for node in postorder(condition) if isinstance(node, Proposition)]
+
+
+def terms_of(condition: Formula, used: Collection[int]) -> Terms:
+    """The disjunctive normal form of a condition in an automaton where only these sets have members.
+
+    Raises:
+        TooManyTermsError: it has more than `MAX_TERMS` terms.
+    """
+    value: dict[Formula, Terms] = {}
+    for node in postorder(condition):
+        parts = [value[arg] for arg in node.args]
+        if isinstance(node, Proposition):
+            atom = Atom.of(node.name)
+            if atom.number in used:
+                value[node] = (Term((atom,)),)
+            else:
+                value[node] = NEVER if atom.is_inf != atom.complement else ALWAYS
+        elif isinstance(node, And):
+            value[node] = _all_of(parts)
+        else:
+            value[node] = _any_of(parts) if isinstance(node, Or) else ALWAYS if node is TRUE else NEVER
+    return value[condition]
+
+
+def _any_of(parts: Iterable[Terms]) -> Terms:
     """The disjunction, without terms that another one makes superfluous."""
     kept: list[Term] = []
     for term in (term for part in parts for term in part):
@@ -61,12 +100,12 @@ def any_of(parts: Iterable[Condition]) -> Condition:
     return tuple(kept)
 
 
-def all_of(parts: Iterable[Condition]) -> Condition:
+def _all_of(parts: Iterable[Terms]) -> Terms:
     """The conjunction, distributed over the disjunctions."""
     result = ALWAYS
     for part in parts:
         joined = (first | second for first in result for second in part)
-        result = any_of([tuple(term for term in joined if not _contradictory(term))])
+        result = _any_of([tuple(term for term in joined if not _contradictory(term))])
     return result
 
 
@@ -75,22 +114,22 @@ def _contradictory(term: Term) -> bool:
 
 
 def with_rabin_pairs(
-    skeleton: RabinAutomaton, condition: Condition, members: Callable[[Atom], BoolArray], everything: BoolArray
+    skeleton: RabinAutomaton, terms: Terms, members: Callable[[Atom], BoolArray], everything: BoolArray
 ) -> RabinAutomaton:
-    """The automaton with Rabin pairs for the condition, and with counters in its states where a term needs one.
+    """The automaton with Rabin pairs for a condition, and with counters in its states where a term needs one.
 
     Args:
         skeleton: the automaton without pairs.
-        condition: the condition in disjunctive normal form.
+        terms: the condition in disjunctive normal form.
         members: the marks of an atom's set, in the shape of one pair's marks.
         everything: the marks of a term without Inf; false only where no accepted run passes for ever.
 
     Raises:
-        StateLimitExceeded: the counters need more than `MAX_STATES` states.
+        StateLimitExceeded: the counters need more than `MAX_STATES` states, or tables too large for memory.
     """
-    fin = np.zeros((len(condition), *everything.shape), dtype=np.bool_)
+    fin = np.zeros((len(terms), *everything.shape), dtype=np.bool_)
     rounds: list[list[BoolArray]] = []
-    for i, term in enumerate(condition):
+    for i, term in enumerate(terms):
         for atom in term:
             if not atom.is_inf:
                 fin[i] |= members(atom)
@@ -118,6 +157,7 @@ def _with_counters(skeleton: RabinAutomaton, fin: BoolArray, rounds: Sequence[Se
     Where marks are on states, completing a round depends on the state and the counter alone, and stays on states.
     """
     n_classes, on_states = skeleton.n_classes, skeleton.acceptance == "state"
+    most = min(MAX_STATES, _MAX_MARKS // (n_classes * len(rounds)))
     start = (skeleton.initial_state, (0,) * len(rounds))
     index = {start: 0}
     queue = [start]
@@ -131,9 +171,9 @@ def _with_counters(skeleton: RabinAutomaton, fin: BoolArray, rounds: Sequence[Se
             moved = [_advance(sets, k, place) for sets, k in zip(rounds, counters, strict=True)]
             successor = (int(skeleton.delta[q, c]), tuple(k for k, _ in moved))
             if successor not in index:
-                if len(index) >= MAX_STATES:
+                if len(index) >= most:
                     raise StateLimitExceeded(
-                        f"turning the acceptance condition into Rabin pairs needs more than {MAX_STATES} states"
+                        f"turning the acceptance condition into Rabin pairs needs more than {most} states"
                     )
                 index[successor] = len(queue)
                 queue.append(successor)

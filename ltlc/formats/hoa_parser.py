@@ -1,12 +1,16 @@
-"""From the text of one HOA automaton to its parts, with `ltlc/grammars/hoa.lark`; what they mean is `hoa_reader`."""
+"""From the text of one HOA automaton to its parts; what they mean is `hoa_reader`.
+
+`ltlc/grammars/hoa.lark` defines the format, and Lark reads headers and labels with it. Bodies are long and of few
+shapes, so that a regular expression cuts them into states and edges; where it finds neither, Lark says what is wrong.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
-from ltlc.formats.hoa_acceptance import ALWAYS, MAX_TERMS, NEVER, Atom, Condition, TooManyTermsError, all_of, any_of
 from ltlc.ltl.formula import FALSE, TRUE, And, Formula, Not, Or, Proposition
 
 if TYPE_CHECKING:
@@ -15,11 +19,11 @@ if TYPE_CHECKING:
 
 
 class HoaSyntaxError(Exception):
-    """The text does not follow the grammar; line and column count from 1 in this text."""
+    """The text does not follow the grammar at this position, which counts characters from 0."""
 
-    def __init__(self, line: int, column: int, message: str) -> None:
-        self.line, self.column, self.message = line, column, message
-        super().__init__(line, column, message)
+    def __init__(self, position: int, message: str) -> None:
+        self.position, self.message = position, message
+        super().__init__(position, message)
 
 
 class HeaderItem(NamedTuple):
@@ -29,43 +33,77 @@ class HeaderItem(NamedTuple):
     """the name of its rule in the grammar."""
     keyword: Token
     values: list[Any]
-    """tokens, and the Formula of an alias or the Condition of the acceptance."""
+    """tokens, and the Formula of an alias or of the acceptance; atoms of the latter are named like `Fin(!3)`."""
 
 
-class EdgeItem(NamedTuple):
-    """One edge of a state."""
+class Header(NamedTuple):
+    """Everything before --BODY--."""
 
-    label: Token | None
-    targets: list[Token]
-    marks: list[Token]
+    version: Token
+    items: list[HeaderItem]
 
 
 class StateItem(NamedTuple):
-    """One state with its edges."""
+    """One state with its edges, as matches."""
 
-    keyword: Token
-    label: Token | None
-    number: Token
-    name: Token | None
-    marks: list[Token]
-    edges: list[EdgeItem]
+    head: re.Match[str]
+    """with groups state_label, state, name, state_marks."""
+    edges: list[re.Match[str]]
+    """with groups label, target, conjuncts, marks."""
 
 
-class Document(NamedTuple):
-    """One automaton."""
+_SPACE, _NUMBER, _MARKS = r"[ \t\r\n]*+", r"(?:0|[1-9][0-9]*+)", r"\{[0-9 \t\r\n]*+\}"
+_LABEL, _STRING = r'\[[^\]"]*+\]', r'"(?:\\.|[^\\"])*+"'
+_STATE = (
+    rf"State:{_SPACE}(?P<state_label>{_LABEL})?+{_SPACE}(?P<state>{_NUMBER})"
+    rf"(?:{_SPACE}(?P<name>{_STRING}))?+(?:{_SPACE}(?P<state_marks>{_MARKS}))?+"
+)
+_EDGE = (
+    rf"(?P<label>{_LABEL})?+{_SPACE}(?P<target>{_NUMBER})"
+    rf"(?P<conjuncts>(?:{_SPACE}&{_SPACE}{_NUMBER})*+)(?:{_SPACE}(?P<marks>{_MARKS}))?+"
+)
+_LITERAL = re.compile(rf"{_SPACE}(!?){_SPACE}({_NUMBER}|@[0-9a-zA-Z_-]++|t|f){_SPACE}")
+_CONSTANTS = {"t": TRUE, "f": FALSE}
+_ITEM = re.compile(rf"{_SPACE}(?:(?P<EDGE>{_EDGE})|(?P<STATE>{_STATE})|(?P<END>--END--)|(?P<OTHER>.|\Z))", re.DOTALL)
 
-    version: Token
-    headers: list[HeaderItem]
-    states: list[StateItem]
 
+def parse_header(text: str, body: int) -> Header:
+    """The headers of an automaton.
 
-def parse_automaton(text: str) -> Document:
-    """The parts of an automaton, from `HOA:` to `--END--`.
+    Args:
+        text: from `HOA:` to `--END--`.
+        body: position behind `--BODY--`; 0 where there is none.
 
     Raises:
         HoaSyntaxError: it does not follow the grammar.
     """
-    return cast(Document, _parse(text, "automaton"))
+    return cast(Header, _parse(text[:body], "header") if body else _parse(text, "automaton"))
+
+
+def parse_body(text: str, body: int) -> Iterator[StateItem]:
+    """The states of an automaton one by one.
+
+    Args:
+        text: from `HOA:` to `--END--`.
+        body: position behind `--BODY--`.
+
+    Raises:
+        HoaSyntaxError: it does not follow the grammar.
+    """
+    state: StateItem | None = None
+    for match in _ITEM.finditer(text, body):
+        kind = match.lastgroup
+        if kind == "EDGE" and state is not None:
+            state.edges.append(match)
+        elif kind in ("STATE", "END"):
+            if state is not None:
+                yield state
+            if kind == "END":
+                return
+            state = StateItem(match, [])
+        else:
+            _parse(text, "automaton")
+            raise HoaSyntaxError(match.start(str(kind)), "this is neither a state nor an edge")
 
 
 def parse_label(text: str) -> Formula:
@@ -74,7 +112,23 @@ def parse_label(text: str) -> Formula:
     Raises:
         HoaSyntaxError: it does not follow the grammar.
     """
-    return cast(Formula, _parse(text, "label"))
+    formula = _sum_of_products(text[1:-1])
+    return cast(Formula, _parse(text, "label")) if formula is None else formula
+
+
+def _sum_of_products(text: str) -> Formula | None:
+    """A label without brackets inside, as most tools write them; None if it is something else."""
+    terms = []
+    for term in text.split("|"):
+        factors = []
+        for literal in term.split("&"):
+            match = _LITERAL.fullmatch(literal)
+            if match is None:
+                return None
+            atom = _CONSTANTS.get(match[2]) or Proposition(match[2])
+            factors.append(Not(atom) if match[1] else atom)
+        terms.append(And(*factors))
+    return Or(*terms)
 
 
 def _parse(text: str, start: str) -> object:
@@ -84,10 +138,6 @@ def _parse(text: str, start: str) -> object:
         return _parser().parse(text, start=start)
     except UnexpectedInput as error:
         _explain(error, text)
-    except TooManyTermsError:
-        line, column = _place(text, text.find("Acceptance:"))
-        message = f"the acceptance condition has more than {MAX_TERMS} terms when written as pairs"
-        raise HoaSyntaxError(line, column, message) from None
 
 
 @cache
@@ -106,22 +156,11 @@ def _parser() -> Lark:
         properties = _header("properties")
         other = _header("other")
 
-        def automaton(self, children: list[Any]) -> Document:
-            headers = [child for child in children if isinstance(child, HeaderItem)]
-            return Document(children[0], headers, [child for child in children if isinstance(child, StateItem)])
+        def header(self, children: list[Any]) -> Header:
+            return Header(children[0], children[1:])
 
-        def state(self, children: list[Any]) -> StateItem:
-            tokens, marks = _sorted(children)
-            edges = [child for child in children if isinstance(child, EdgeItem)]
-            number, name = tokens["INT"][0], tokens.get("STRING", [None])[0]
-            return StateItem(children[0], tokens.get("LABEL", [None])[0], number, name, marks, edges)
-
-        def edge(self, children: list[Any]) -> EdgeItem:
-            tokens, marks = _sorted(children)
-            return EdgeItem(tokens.get("LABEL", [None])[0], tokens["INT"], marks)
-
-        def marks(self, children: list[Any]) -> list[Token]:
-            return children
+        def denial(self, children: list[Token]) -> Token:
+            return children[0].update(value=f"!{children[0]}")
 
         def constant(self, _: list[Any]) -> None:
             return None
@@ -147,45 +186,21 @@ def _parser() -> Lark:
         def disjunction(self, children: list[Any]) -> Formula:
             return cast(Formula, Or(*children))
 
-        def marked(self, children: list[Any]) -> Condition:
-            return _atom(*children, complement=False)
+        def marked(self, children: list[Any]) -> Formula:
+            return Proposition(f"{children[0]}({children[1]})")
 
-        def unmarked(self, children: list[Any]) -> Condition:
-            return _atom(*children, complement=True)
+        def unmarked(self, children: list[Any]) -> Formula:
+            return Proposition(f"{children[0]}(!{children[1]})")
 
-        def always(self, _: list[Any]) -> Condition:
-            return ALWAYS
-
-        def never(self, _: list[Any]) -> Condition:
-            return NEVER
-
-        def all_of(self, children: list[Any]) -> Condition:
-            return all_of(children)
-
-        def any_of(self, children: list[Any]) -> Condition:
-            return any_of(children)
+        always, never, all_of, any_of = true, false, conjunction, disjunction
 
     return Lark.open_from_package(
-        "ltlc.grammars", "hoa.lark", parser="lalr", start=["automaton", "label"], transformer=Parts()
+        "ltlc.grammars", "hoa.lark", parser="lalr", start=["automaton", "header", "label"], transformer=Parts()
     )
 
 
 def _header(kind: str) -> Callable[[object, list[Any]], HeaderItem]:
     return lambda _, children: HeaderItem(kind, children[0], children[1:])
-
-
-def _sorted(children: list[Any]) -> tuple[dict[str, list[Any]], list[Token]]:
-    """The tokens by type, and the marks."""
-    tokens: dict[str, list[Any]] = {}
-    for child in children:
-        if isinstance(child, str):
-            tokens.setdefault(cast("Token", child).type, []).append(child)
-    return tokens, next((child for child in children if type(child) is list), [])
-
-
-def _atom(kind: Token, number: Token, *, complement: bool) -> Condition:
-    # A number with more digits than any set can have is refused later, as out of range.
-    return (frozenset({Atom(kind == "Inf", complement, int(number[:12]))}),)
 
 
 # What went wrong
@@ -231,9 +246,4 @@ def _explain(error: UnexpectedInput, text: str) -> NoReturn:
     words = sorted({_WORDS.get(name, "a header") for name in wanted})
     expected = f"; expected {' or '.join(words)}" if words else ""
     position = len(text) if at_end else error.pos_in_stream or 0
-    raise HoaSyntaxError(*_place(text, position), f"unexpected {found}{expected}") from None
-
-
-def _place(text: str, position: int) -> tuple[int, int]:
-    """Line and column, from 1."""
-    return text.count("\n", 0, position) + 1, position - text.rfind("\n", 0, position)
+    raise HoaSyntaxError(position, f"unexpected {found}{expected}") from None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NoReturn
 
@@ -18,15 +18,18 @@ import numpy as np
 from ltlc.automata.rabin import MAX_APS, BoolArray, RabinAutomaton
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, letters_of, letters_with, tabulate
-from ltlc.formats.hoa_acceptance import NEVER, Atom, Condition, with_rabin_pairs
-from ltlc.formats.hoa_parser import Document, HeaderItem, HoaSyntaxError, StateItem, parse_automaton, parse_label
+from ltlc.formats.hoa_acceptance import MAX_TERMS, Atom, Terms, TooManyTermsError, atoms_of, terms_of, with_rabin_pairs
+from ltlc.formats.hoa_claims import Evidence, failing_claim
+from ltlc.formats.hoa_names import is_misnamed, rabin
+from ltlc.formats.hoa_parser import Header, HeaderItem, HoaSyntaxError, StateItem, parse_body, parse_header, parse_label
 from ltlc.formats.hoa_stream import Piece, pieces
-from ltlc.ltl.formula import Formula
+from ltlc.ltl.formula import FALSE, Formula
 
 if TYPE_CHECKING:
     from lark import Token
 
 _ONCE = ("states", "aps", "acceptance", "name")
+_NUMBER = re.compile(r"0|[1-9][0-9]*")
 
 
 def from_hoa(text: str) -> RabinAutomaton:
@@ -52,7 +55,9 @@ def read_hoa_stream(source: str | Iterable[str]) -> Iterator[RabinAutomaton]:
     The automata must be deterministic. Any acceptance condition over Fin and Inf is turned into Rabin pairs; state
     numbers stay as they are unless a counter has to be added for that. An incomplete automaton gets one more state,
     a deadlock. Acceptance is on states iff no transition carries a mark (and `trans-acc` is not claimed). The header
-    `name:` becomes `formula`, whether or not it is one.
+    `name:` becomes `formula`, whether or not it is one. What the headers `properties:` and `acc-name:` claim must hold,
+    but for `stutter-invariant`, `tight` and names that HOA does not define: a claim that fails tells that something was
+    lost.
 
     Args:
         source: the text, or its lines with their line ends, as an open file gives them.
@@ -73,9 +78,11 @@ class _Header:
     aps: list[str] = field(default_factory=list)
     aliases: dict[str, int] = field(default_factory=dict)
     n_sets: int = 0
-    condition: Condition = NEVER
+    acceptance: Token | None = None
+    condition: Formula = FALSE
     name: str | None = None
-    properties: set[str] = field(default_factory=set)
+    claims: dict[str, Token] = field(default_factory=dict)
+    """properties, with the place of each."""
 
 
 @dataclass
@@ -83,13 +90,20 @@ class _Body:
     """States as they were listed: edges with the same source, target and marks are merged."""
 
     names: dict[int, str] = field(default_factory=dict)
+    places: dict[int, int] = field(default_factory=dict)
+    """where the number of each state is written."""
     state_marks: dict[int, frozenset[int]] = field(default_factory=dict)
+    covered: dict[int, int] = field(default_factory=dict)
+    """letters of the edges of each state."""
     sources: list[int] = field(default_factory=list)
     targets: list[int] = field(default_factory=list)
     guards: list[int] = field(default_factory=list)
-    edge_marks: list[frozenset[int]] = field(default_factory=list)
-    places: list[Token] = field(default_factory=list)
+    marks: list[frozenset[int]] = field(default_factory=list)
+    """marks of each edge, those of its source included."""
+    target_places: list[int] = field(default_factory=list)
     """where the target of each edge is written."""
+    on_edges: bool = False
+    """whether an edge has marks of its own."""
 
 
 class _Reader:
@@ -100,38 +114,46 @@ class _Reader:
         self.header = _Header()
         self.body = _Body()
         self.labels: dict[str, int] = {}
+        self.known_marks: dict[str | None, frozenset[int]] = {None: frozenset()}
 
     def automaton(self) -> RabinAutomaton:
         try:
-            document = parse_automaton(self.piece.text)
+            self._read_header(parse_header(self.piece.text, self.piece.body))
+            for state in parse_body(self.piece.text, self.piece.body):
+                self._read_state(state)
         except HoaSyntaxError as error:
-            self._fail_at(error.line, error.column, error.message)
-        self._read_header(document)
-        for state in document.states:
-            self._read_state(state)
+            self._fail(error.position, error.message)
         return self._assemble()
 
-    def _fail(self, place: Token, message: str) -> NoReturn:
-        self._fail_at(place.line or 1, place.column or 1, message)
-
-    def _fail_at(self, line: int, column: int, message: str) -> NoReturn:
-        if line == 1:
+    def _fail(self, place: Token | int, message: str) -> NoReturn:
+        position = place if isinstance(place, int) else place.start_pos or 0
+        line, column = self._line(position), position - self.piece.text.rfind("\n", 0, position)
+        if line == self.piece.line:
             column += self.piece.column - 1
-        raise FileFormatError(f"line {line + self.piece.line - 1}, column {column}: {message}") from None
+        raise FileFormatError(f"line {line}, column {column}: {message}") from None
 
-    def _int(self, token: Token) -> int:
-        if len(token) > 10 or int(token) >= 1 << 31:
-            self._fail(token, "numbers in HOA are below 2^31")
-        return int(token)
+    def _line(self, position: int) -> int:
+        return self.piece.text.count("\n", 0, position) + self.piece.line
+
+    def _int(self, text: str, place: Token | int) -> int:
+        if len(text) > 10 or int(text) >= 1 << 31:
+            self._fail(place, "numbers in HOA are below 2^31")
+        return int(text)
+
+    def _deny(self, claim: str, place: int, found: str) -> None:
+        """Fail if the file claims a property that something in it contradicts."""
+        if claim in self.header.claims:
+            line = self._line(self.header.claims[claim].start_pos or 0)
+            self._fail(place, f"{found}, though line {line} claims `{claim}`; the file is damaged or wrong")
 
     # The header
 
-    def _read_header(self, document: Document) -> None:
-        version = document.version
+    def _read_header(self, parsed: Header) -> None:
+        version = parsed.version
         if version != "v1" and not version.startswith("v1."):
             self._fail(version, f"this is HOA {version}; only version v1 can be read")
         by_kind: dict[str, list[HeaderItem]] = {}
-        for item in document.headers:
+        for item in parsed.items:
             by_kind.setdefault(item.kind, []).append(item)
             if item.kind in _ONCE and len(by_kind[item.kind]) > 1:
                 self._fail(item.keyword, f"the header {item.keyword} occurs twice")
@@ -148,12 +170,13 @@ class _Reader:
             ("acceptance", self._read_acceptance),
             ("name", self._read_name),
             ("properties", self._read_properties),
+            ("other", self._read_other),
         ):
             for item in by_kind.get(kind, ()):
                 read(item.keyword, *item.values)
 
     def _read_states(self, _keyword: Token, count: Token) -> None:
-        self._int(count)
+        self._int(count, count)
         self.header.states = count
 
     def _read_start(self, keyword: Token, state: Token, *more: Token) -> None:
@@ -161,11 +184,11 @@ class _Reader:
             self._fail(more[0], "universal branching: an alternating automaton is not deterministic")
         if self.header.starts:
             self._fail(keyword, "a second initial state: the automaton is not deterministic")
-        self._int(state)
+        self._int(state, state)
         self.header.starts.append(state)
 
     def _read_aps(self, _keyword: Token, count: Token, *names: Token) -> None:
-        if self._int(count) != len(names):
+        if self._int(count, count) != len(names):
             self._fail(count, f"AP: announces {count} propositions, and {len(names)} names follow")
         if len(names) > MAX_APS:
             raise AlphabetLimitExceeded(f"{len(names)} propositions; at most {MAX_APS} are supported")
@@ -182,22 +205,28 @@ class _Reader:
             self._fail(alias, f"the alias {alias} is defined twice")
         self.header.aliases[str(alias)] = self._letters(expression, alias)
 
-    def _read_acceptance(self, _keyword: Token, count: Token, condition: Condition) -> None:
-        self.header.n_sets = self._int(count)
-        for atom in sorted(frozenset[Atom]().union(*condition)):
+    def _read_acceptance(self, _keyword: Token, count: Token, condition: Formula) -> None:
+        self.header.n_sets = self._int(count, count)
+        for atom in sorted(atoms_of(condition)):
             if atom.number >= self.header.n_sets:
                 self._fail(count, f"the condition speaks of set {atom.number}, the number of sets is {count}")
-        self.header.condition = condition
+        self.header.acceptance, self.header.condition = count, condition
 
     def _read_name(self, _keyword: Token, name: Token) -> None:
         self.header.name = _unquote(name)
 
     def _read_properties(self, _keyword: Token, *names: Token) -> None:
-        self.header.properties.update(map(str, names))
+        for name in names:
+            self.header.claims.setdefault(str(name), name)
+
+    def _read_other(self, keyword: Token, *words: Token | None) -> None:
+        if keyword == "acc-name:" and words and is_misnamed(self.header.condition, [str(word) for word in words]):
+            name = " ".join(map(str, words))
+            self._fail(keyword, f"the condition in the header Acceptance: is not what is called {name}")
 
     # Labels
 
-    def _letters(self, expression: Formula, place: Token) -> int:
+    def _letters(self, expression: Formula, place: Token | int) -> int:
         n_aps = len(self.header.aps)
 
         def atom(name: str) -> int:
@@ -211,85 +240,148 @@ class _Reader:
 
         return letters_of(expression, atom, n_aps)
 
-    def _label(self, token: Token) -> int:
-        text = str(token)
+    def _label(self, text: str, place: int) -> int:
         if text not in self.labels:
             try:
-                formula = parse_label(text)
+                self.labels[text] = self._letters(parse_label(text), place)
             except HoaSyntaxError as error:
-                column = error.column + (token.column or 1) - 1 if error.line == 1 else error.column
-                self._fail_at((token.line or 1) + error.line - 1, column, error.message)
-            self.labels[text] = self._letters(formula, token)
+                self._fail(place + error.position, error.message)
         return self.labels[text]
 
     # The body
 
-    def _marks(self, tokens: Sequence[Token]) -> frozenset[int]:
-        for token in tokens:
-            if self._int(token) >= self.header.n_sets:
-                self._fail(token, f"there is no acceptance set {token}, Acceptance: announces {self.header.n_sets}")
-        return frozenset(map(int, tokens))
+    def _marks(self, match: re.Match[str], group: str) -> frozenset[int]:
+        text = match[group]
+        if text not in self.known_marks:
+            for mark in _NUMBER.finditer(text):
+                place = match.start(group) + mark.start()
+                if self._int(mark[0], place) >= self.header.n_sets:
+                    n_sets = self.header.n_sets
+                    self._fail(place, f"there is no acceptance set {mark[0]}, Acceptance: announces {n_sets}")
+            self.known_marks[text] = frozenset(map(int, _NUMBER.findall(text)))
+        return self.known_marks[text]
 
     def _read_state(self, item: StateItem) -> None:
-        state = self._int(item.number)
-        if state in self.body.state_marks:
-            self._fail(item.number, f"state {state} is listed twice")
-        if item.name is not None:
-            self.body.names[state] = _unquote(item.name)
-        self.body.state_marks[state] = self._marks(item.marks)
-        self._read_edges(state, item)
+        head, body = item.head, self.body
+        place = head.start("state")
+        state = self._int(head["state"], place)
+        if state in body.places:
+            self._fail(place, f"state {state} is listed twice")
+        body.places[state] = place
+        if head["name"] is not None:
+            body.names[state] = _unquote(head["name"])
+        marks = body.state_marks[state] = self._marks(head, "state_marks")
+        if marks:
+            self._deny("trans-acc", head.start("state_marks"), f"state {state} has marks")
+        self._check_labels(state, item)
+        body.covered[state] = self._read_edges(state, item, marks)
 
-    def _read_edges(self, state: int, item: StateItem) -> None:
-        n_letters = 1 << len(self.header.aps)
-        implicit = item.label is None and all(edge.label is None for edge in item.edges)
-        if implicit and len(item.edges) not in (0, n_letters):
-            n_edges = len(item.edges)
-            self._fail(item.keyword, f"state {state} has {n_edges} edges without label; there are {n_letters} letters")
-        merged: dict[tuple[int, frozenset[int]], tuple[int, Token]] = {}
+    def _check_labels(self, state: int, item: StateItem) -> None:
+        """Check where labels are: at the state, at every edge, or nowhere if there is an edge for every letter."""
+        head, edges, n_letters = item.head, item.edges, 1 << len(self.header.aps)
+        with_label = next((edge for edge in edges if edge["label"] is not None), None)
+        if head["state_label"] is not None:
+            place = head.start("state_label")
+            self._deny("trans-labels", place, f"state {state} has a label")
+            self._deny("implicit-labels", place, f"state {state} has a label")
+            if with_label is not None:
+                self._fail(with_label.start("label"), "the state has a label already, so its edges have none")
+        elif with_label is not None:
+            self._deny("state-labels", with_label.start("label"), "this edge has a label")
+            self._deny("implicit-labels", with_label.start("label"), "this edge has a label")
+            without = next((edge for edge in edges if edge["label"] is None), None)
+            if without is not None:
+                self._fail(without.start("target"), "this edge has no label, others of the same state have one")
+        elif edges:
+            place = head.start("STATE")
+            for claim in ("state-labels", "explicit-labels"):
+                self._deny(claim, place, f"state {state} has neither a label nor edges with labels")
+            if len(edges) != n_letters:
+                self._fail(place, f"state {state} has {len(edges)} edges without label; there are {n_letters} letters")
+
+    def _read_edges(self, state: int, item: StateItem, state_marks: frozenset[int]) -> int:
+        """Take in the edges of a state; returns their letters."""
+        state_label = item.head["state_label"]
+        merged: dict[tuple[int, frozenset[int]], tuple[int, re.Match[str]]] = {}
         for i, edge in enumerate(item.edges):
-            place, *others = edge.targets
-            if others:
-                self._fail(others[0], "universal branching: an alternating automaton is not deterministic")
-            if edge.label is not None and item.label is not None:
-                self._fail(edge.label, "the state has a label already, so its edges have none")
-            label = edge.label if item.label is None else item.label
-            if label is None and not implicit:
-                self._fail(place, "this edge has no label, others of the same state have one")
-            letters = 1 << i if label is None else self._label(label)
-            key = (self._int(place), self._marks(edge.marks))
-            merged[key] = (merged.get(key, (0, place))[0] | letters, place)
+            label, target, conjuncts, marks_text = edge.group("label", "target", "conjuncts", "marks")
+            if conjuncts:
+                place = edge.start("conjuncts") + _NUMBER.search(conjuncts).start()  # type: ignore[union-attr]
+                self._fail(place, "universal branching: an alternating automaton is not deterministic")
+            if label is not None:
+                letters = self.labels.get(label) or self._label(label, edge.start("label"))
+            elif state_label is not None:
+                letters = self._label(state_label, item.head.start("state_label"))
+            else:
+                letters = 1 << i
+            number = self._int(target, edge.start("target"))
+            key = (number, self._marks(edge, "marks") if marks_text else frozenset())
+            merged[key] = (merged[key][0] | letters if key in merged else letters, edge)
         taken = 0
-        for (target, marks), (letters, place) in merged.items():
+        for (target, marks), (letters, edge) in merged.items():
             if letters & taken:
                 letter = a_letter_of(letters & taken, self.header.aps)
+                place = edge.start("target")
                 self._fail(place, f"not deterministic: state {state} has a second edge for the letter {letter}")
             taken |= letters
             if letters:
-                self._add_edge(state, target, letters, marks, place)
+                self._add_edge(state, target, letters, marks, state_marks, edge)
+        return taken
 
-    def _add_edge(self, source: int, target: int, letters: int, marks: frozenset[int], place: Token) -> None:
-        self.body.sources.append(source)
-        self.body.targets.append(target)
-        self.body.guards.append(letters)
-        self.body.edge_marks.append(marks)
-        self.body.places.append(place)
+    def _add_edge(
+        self,
+        source: int,
+        target: int,
+        letters: int,
+        marks: frozenset[int],
+        state_marks: frozenset[int],
+        edge: re.Match[str],
+    ) -> None:
+        body = self.body
+        if marks:
+            body.on_edges = True
+            self._deny("state-acc", edge.start("marks"), "this edge has marks")
+        body.sources.append(source)
+        body.targets.append(target)
+        body.guards.append(letters)
+        body.marks.append(marks | state_marks if state_marks else marks)
+        body.target_places.append(edge.start("target"))
 
     # The whole
 
     def _assemble(self) -> RabinAutomaton:
         header, body = self.header, self.body
-        n_states = len(body.state_marks)
+        n_states = len(body.places)
         if header.states is not None and int(header.states) != n_states:
             self._fail(header.states, f"States: announces {header.states}, and {n_states} are listed")
-        unlisted = next((q for q in range(n_states) if q not in body.state_marks), None)
+        unlisted = next((q for q in range(n_states) if q not in body.places), None)
         if unlisted is not None:
-            self._fail_at(1, 1, f"state {unlisted} is not listed, though a state with a higher number is")
-        for place in header.starts + body.places:
-            if int(place) >= n_states:
-                self._fail(place, f"there is no state {place}, {n_states} are listed")
+            self._fail(0, f"state {unlisted} is not listed, though a state with a higher number is")
+        for target, place in zip(body.targets, body.target_places, strict=True):
+            if target >= n_states:
+                self._fail(place, f"there is no state {target}, {n_states} are listed")
+        for start in header.starts:
+            if int(start) >= n_states:
+                self._fail(start, f"there is no state {start}, {n_states} are listed")
         if not header.starts or not n_states:
+            self._deny("complete", 0, "there is no initial state")
             return self._empty()
-        return self._completed(n_states)
+        complete = self._is_complete()
+        automaton = self._completed(n_states, complete)
+        evidence = Evidence(n_states, int(header.starts[0]), body.sources, body.targets, body.marks, automaton)
+        claim = failing_claim(header.claims, evidence)
+        if claim is not None:
+            self._fail(header.claims[claim], f"`{claim}` does not hold; the file is damaged or wrong")
+        return automaton
+
+    def _is_complete(self) -> bool:
+        universe = all_letters(len(self.header.aps))
+        for state, letters in self.body.covered.items():
+            if letters != universe:
+                letter = a_letter_of(universe ^ letters, self.header.aps)
+                self._deny("complete", self.body.places[state], f"state {state} has no edge for the letter {letter}")
+                return False
+        return True
 
     def _empty(self) -> RabinAutomaton:
         """Without an initial state no word is accepted."""
@@ -298,21 +390,26 @@ class _Reader:
         delta = np.zeros((1, 1), dtype=np.int32)
         return RabinAutomaton(tuple(self.header.aps), delta, letters, marks, marks, formula=self.header.name)
 
-    def _completed(self, n_states: int) -> RabinAutomaton:
+    def _terms(self) -> Terms:
+        """The acceptance condition as a disjunction; of a condition that is no list of pairs, only for sets in use."""
         header, body = self.header, self.body
-        covered = [0] * n_states
-        for source, letters in zip(body.sources, body.guards, strict=True):
-            covered[source] |= letters
-        universe = all_letters(len(header.aps))
-        complete = all(letters == universe for letters in covered)
+        used = set[int]().union(*set(body.state_marks.values()), *set(body.marks))
+        if header.n_sets <= 2 * MAX_TERMS and header.condition is rabin(header.n_sets // 2):
+            used = set(range(header.n_sets))
+        try:
+            return terms_of(header.condition, used)
+        except TooManyTermsError:
+            message = f"the acceptance condition has more than {MAX_TERMS} terms when written as pairs"
+            self._fail(header.acceptance or 0, message)
+
+    def _completed(self, n_states: int, complete: bool) -> RabinAutomaton:
+        header, body = self.header, self.body
         letter_class, edge = tabulate(len(header.aps), n_states + (not complete), body.sources, body.guards)
-        if edge.size * 2 * len(header.condition) > MAX_TABLE:
-            n_pairs = len(header.condition)
-            raise AlphabetLimitExceeded(f"tables of {edge.size} transitions and {n_pairs} pairs are too large")
+        terms = self._terms()
+        if edge.size * 2 * len(terms) > MAX_TABLE:
+            raise AlphabetLimitExceeded(f"tables of {edge.size} transitions and {len(terms)} pairs are too large")
         targets = np.array([*body.targets, n_states], dtype=np.int32)  # the last one is taken where edge is -1
-        on_transitions = any(body.edge_marks) or (
-            "trans-acc" in header.properties and "state-acc" not in header.properties
-        )
+        on_transitions = body.on_edges or ("trans-acc" in header.claims and "state-acc" not in header.claims)
         names = tuple(body.names.get(q, str(q)) for q in range(n_states + (not complete))) if body.names else None
         no_marks = np.zeros((0, *(edge.shape if on_transitions else edge.shape[:1])), dtype=np.bool_)
         skeleton = RabinAutomaton(
@@ -327,18 +424,17 @@ class _Reader:
             state_names=names,
         )
         everything = edge >= 0 if on_transitions else np.arange(len(edge)) < n_states
+        owners = body.marks if on_transitions else [body.state_marks.get(q, frozenset()) for q in range(len(edge))]
+        number: dict[frozenset[int], int] = {}
+        kind = np.array([*(number.setdefault(marks, len(number)) for marks in owners), len(number)], dtype=np.int32)
+        kind = kind[edge] if on_transitions else kind[:-1]
 
         def members(atom: Atom) -> BoolArray:
-            if on_transitions:
-                sets = [marks | body.state_marks[q] for marks, q in zip(body.edge_marks, body.sources, strict=True)]
-                marked = np.array([*(atom.number in numbers for numbers in sets), False], dtype=np.bool_)[edge]
-            else:
-                by_state = [atom.number in body.state_marks.get(q, ()) for q in range(len(edge))]
-                marked = np.array(by_state, dtype=np.bool_)
+            marked = np.array([*(atom.number in marks for marks in number), False], dtype=np.bool_)[kind]
             return everything & ~marked if atom.complement else marked
 
-        return with_rabin_pairs(skeleton, header.condition, members, everything)
+        return with_rabin_pairs(skeleton, terms, members, everything)
 
 
-def _unquote(token: Token) -> str:
-    return re.sub(r"\\(.)", r"\1", token[1:-1], flags=re.DOTALL)
+def _unquote(text: str) -> str:
+    return re.sub(r"\\(.)", r"\1", text[1:-1], flags=re.DOTALL)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ltlc.errors import FileFormatError
 
 # What ends or interrupts the text at hand, by what the text at hand is. `x--ABORT--` is an identifier.
-_CODE = re.compile(r'"|/\*|(?<![\w-])--(?:END|ABORT)--')
+_CODE = re.compile(r'"|/\*|(?<![\w-])--(?:BODY|END|ABORT)--')
 _STRING = re.compile(r'\\.|"', re.DOTALL)
 _COMMENT = re.compile(r"/\*|\*/")
 _NOT_NEWLINE = re.compile(r"[^\n]")
@@ -23,6 +23,8 @@ class Piece(NamedTuple):
     """line number of its first character, from 1."""
     column: int
     """column of its first character, from 1."""
+    body: int
+    """position behind --BODY-- in the text; 0 where there is none."""
 
 
 def pieces(lines: Iterable[str]) -> Iterator[Piece]:
@@ -34,13 +36,14 @@ def pieces(lines: Iterable[str]) -> Iterator[Piece]:
     parts: list[str] = []
     begin = opened = (1, 1)
     depth, in_string = 0, False
-    number = 0
+    number = body = length = 0
     for number, line in enumerate(lines, 1):
         position = 0
         while position < len(line):
             pattern = _COMMENT if depth else _STRING if in_string else _CODE
             match = pattern.search(line, position)
             stop = match.end() if match else len(line)
+            length += stop - position
             chunk = line[position:stop]
             token = match.group() if match else ""
             if token == "/*" and not in_string:
@@ -55,10 +58,12 @@ def pieces(lines: Iterable[str]) -> Iterator[Piece]:
                 if token == '"':
                     opened = opened if in_string else (number, stop)
                     in_string = not in_string
+                elif token == "--BODY--":
+                    body = body or length
                 elif token.startswith("--"):
                     if token == "--END--":
-                        yield Piece("".join(parts), *begin)
-                    parts, begin = [], (number, stop + 1)
+                        yield Piece("".join(parts), *begin, body)
+                    parts, begin, body, length = [], (number, stop + 1), 0, 0
             position = stop
     if depth or in_string:
         what = "comment" if depth else "string"
