@@ -388,7 +388,7 @@ def test_names_of_conditions() -> None:
                     FileFormatError, match=f"line 4, column 1: the condition .* is not what is called {name}"
                 ):
                     from_hoa(text)
-    for name in ("Rabin", "parity up odd 3", "very-strange 3", "generalized-Rabin 2 1"):  # not defined
+    for name in ("Rabin", "Rabin 1 2", "parity up odd 3", "very-strange 3", "generalized-Rabin 2 1"):  # not defined
         from_hoa(hoa("State: 0 [t] 0", header=f"acc-name: {name}"))
     with pytest.raises(FileFormatError, match="is not what is called Rabin 999999999"):
         from_hoa(hoa("State: 0 [t] 0", header="acc-name: Rabin 999999999"))

@@ -15,14 +15,6 @@ _EXACT = 12
 """sets up to which two conditions are compared in all cases."""
 _SAMPLES = 2_000
 """cases in which they are compared where there are more."""
-_WITH_NUMBERS = (
-    "generalized-Buchi",
-    "generalized-co-Buchi",
-    "Streett",
-    "Rabin",
-    "generalized-Rabin",
-    "parity",
-)
 
 
 def rabin(n_pairs: int) -> Formula:
@@ -38,9 +30,8 @@ def is_misnamed(condition: Formula, name: Sequence[str]) -> bool:
         name: the words of the header acc-name.
     """
     kind, *words = name
-    numbers = [int(word[:9]) for word in words if word.isdecimal()]
-    if sum(numbers) > len(atoms_of(condition)) + 1:  # a billion, perhaps: no need to write it out
-        return kind in _WITH_NUMBERS
+    most = max(len(atoms_of(condition)) + 2, len(words))  # a condition of a billion sets differs as one of these does
+    numbers = [min(int(word[:9]), most) for word in words if word.isdecimal()]
     patterns = _patterns(kind, words, numbers)
     return bool(patterns) and all(_differ(condition, pattern) for pattern in patterns)
 
