@@ -69,6 +69,7 @@ class Interface:
         wrapper = wrapper if isinstance(wrapper, LTLVectorWrapper) else None
         space = env.single_observation_space
         if wrapper is not None:
+            wrapper.warn_discount = False  # replay keeps the discount of each step
             space = _base_space(wrapper, space)
         n_actions = int(actions.n) // (1 if wrapper is None else 1 + wrapper.task.tables.n_choices)
         mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy.typing as npt
 
 from ltlc.envs import LTLVectorWrapper, labelled_mdp, recorded_automaton, thesis_vector_world, thesis_world
-from ltlc.errors import UnknownNameError
+from ltlc.errors import RewardWarning, UnknownNameError
 from ltlc.mdp.verdict import Judge
 from ltlc.task import Task
 
@@ -185,7 +186,9 @@ class _Referee:
 
     def __init__(self, world: str, formula: str, allowed: float, limit: float) -> None:
         automaton = recorded_automaton(formula)
-        self.task = Task(automaton, reward="thesis")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
+            self.task = Task(automaton, reward="thesis")
         self.judge = Judge(labelled_mdp(thesis_world(world)), automaton, self.task.tables)
         self._allowed, self._limit = allowed, limit
         self.last = _NONE

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ import numpy.typing as npt
 
 from ltlc.envs import recorded_automaton
 from ltlc.envs.setting import Setting
+from ltlc.errors import RewardWarning
 from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
 
@@ -130,7 +132,9 @@ def reproduce(
         # a network, as in the thesis, though a table would do
         hyperparameters=DQNConfig(hidden=(256,), total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
     )
-    run = RunFolder.create(folder, config, recorded_automaton(experiment.automaton), force=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
+        run = RunFolder.create(folder, config, recorded_automaton(experiment.automaton), force=True)
     since = time.perf_counter()
     judge = run.judge
     assert judge is not None and judge.optimum is not None and judge.maximum is not None  # both are solved here

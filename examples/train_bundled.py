@@ -2,7 +2,7 @@
 
     python examples/train_bundled.py
 
-The robot slips with probability 0.2. It has to visit A and later B, and must never enter C.
+The robot slips with probability 0.2. It has to visit A and then B, and must not enter C before.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ S....
 ..C..
 A...B
 """
-TASK = ltlc.Task("F(A & F B) & G !C", reward="thesis", on_deadlock="terminate")
+TASK = ltlc.Task("!C U (A & (!C U B))")
 ARROWS = "↑→↓←·"
 
 

@@ -35,8 +35,8 @@ def learn(env: gym.Env, steps: int, seed: int) -> np.ndarray:
 
 
 def main() -> None:
-    task = Task("F goal & G !hole", reward="two-discount")
-    env = LTLWrapper(gym.make("FrozenLake-v1"), task, LABELS, observation="index")
+    task = Task("F goal & G !hole")
+    env = LTLWrapper(gym.make("FrozenLake-v1"), task, LABELS, observation="index", warn_discount=False)
     print(f"task        {task.formula}, rewards {task.scheme.name}: {task.scheme.guarantee}")
     policy = learn(env, steps=150_000, seed=1)
     product = Product(labelled_mdp(env), task.automaton)

@@ -13,6 +13,9 @@
         ├── TimeLimitExceeded
         └── AlphabetLimitExceeded
 
+    UserWarning
+    └── RewardWarning                      rewards may teach something else than the formula
+
 `str(error)` is one paragraph for a person: what is wrong, where, and what to do about it.
 """
 
@@ -24,6 +27,10 @@ from collections.abc import Iterable
 
 class LtlcError(Exception):
     """Root of every error this package raises on purpose."""
+
+
+class RewardWarning(UserWarning):
+    """What is optimal for the rewards may not satisfy the formula; the message says why, and what to take instead."""
 
 
 class LtlSyntaxError(LtlcError, ValueError):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 
 import numpy as np
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.compiler import compile
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, RewardWarning
 from ltlc.ltl import Formula
 from ltlc.rewards import RECOMMENDED, OnDeadlock, RewardScheme, RewardTables, get_scheme
 
@@ -33,6 +34,9 @@ class Task:
             (the thesis code; such a letter repeats the state instead of being read); None for none.
         acceptance: see `ltlc.compile`; without effect for an automaton.
         translator: see `ltlc.compile`; without effect for an automaton.
+
+    Warns:
+        RewardWarning: the scheme has no guarantee.
 
     Raises:
         LtlSyntaxError: the text is not a formula.
@@ -65,6 +69,8 @@ class Task:
             raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")
         self.automaton = automaton if hold is None else with_hold(automaton, hold)
         self.scheme = get_scheme(reward, shaping=shaping) if isinstance(reward, str) else reward
+        if not self.scheme.has_guarantee:
+            warnings.warn(RewardWarning(_no_guarantee(self.scheme)), stacklevel=2)
         self.tables: RewardTables = self.scheme.compile(self.automaton, on_deadlock)
 
     @property
@@ -89,6 +95,15 @@ class Task:
 
     def __repr__(self) -> str:
         return f"<Task {self.formula or 'of an unnamed language'}: {self.automaton.n_states} states, {self.scheme}>"
+
+
+def _no_guarantee(scheme: RewardScheme) -> str:
+    promise = scheme.guarantee[0].lower() + scheme.guarantee[1:]
+    return (
+        f"what is optimal for the rewards {scheme.name!r} need not satisfy the formula as probably as possible "
+        f"(guarantee: {promise.rstrip('.')}); rewards that teach the formula, in a limit of their parameters: "
+        f"{RECOMMENDED!r}, the default"
+    )
 
 
 def with_hold(automaton: RabinAutomaton, proposition: str) -> RabinAutomaton:

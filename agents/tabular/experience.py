@@ -146,6 +146,10 @@ class _Unrewarded(RewardScheme):
     name: ClassVar[str] = "unrewarded"
     on_deadlock: ClassVar[OnDeadlock] = "stay"
 
+    def towards_limit(self, k: int) -> RewardScheme:
+        """Itself: nobody learns from these rewards, so there is nothing to warn of."""
+        return self
+
     def steps(self, dra: RabinAutomaton) -> Steps:
         """No rewards."""
         return Steps(accepted=np.zeros(dra.delta.shape, dtype=np.bool_))

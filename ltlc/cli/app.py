@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from ltlc.cli import agents, check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
-from ltlc.cli.messages import complain, complain_of_system, show_warning
+from ltlc.cli.messages import complain, complain_of_system, shown_once
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.version import __version__, is_compiled
 
@@ -64,7 +64,7 @@ def run(arguments: Sequence[str]) -> int:
     command = typer.main.get_command(application())
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = show_warning
+        warnings.showwarning = shown_once()
         try:
             code = command.main(list(arguments) or ["--help"], prog_name="ltlc", standalone_mode=False)
             sys.stdout.flush()

@@ -6,7 +6,7 @@ import contextlib
 import errno
 import os
 import sys
-from typing import TextIO
+from collections.abc import Callable
 
 _ADVICE = {
     errno.ENOSPC: "free some space, or choose another place",
@@ -43,13 +43,13 @@ def complain_of_system(error: OSError) -> int:
     return complain(what if where is None else f"{where}: {what}")
 
 
-def show_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    """Print a Python warning without the place in the code, which means nothing to a user."""
-    complain(f"warning: {message}")
+def shown_once() -> Callable[..., None]:
+    """What prints a Python warning the first time: without the place in the code, which means nothing to a user."""
+    shown: set[str] = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        if str(message) not in shown:
+            shown.add(str(message))
+            complain(f"warning: {message}")
+
+    return show

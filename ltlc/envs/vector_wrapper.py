@@ -16,7 +16,7 @@ from ltlc.envs.chance import Chances
 from ltlc.envs.choices import PairChoices
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
-from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes
+from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes, warn_discount_varies
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import Formula
 from ltlc.rewards import RewardTables
@@ -56,6 +56,7 @@ class LTLVectorWrapper(_VectorWrapper):
         reward: see `LTLWrapper`.
         initial_label: see `LTLWrapper`.
         extra_labels: see `LTLWrapper`.
+        warn_discount: see `LTLWrapper`; the bundled agents use the discounts, and nothing is said where they learn.
 
     Raises:
         UnknownNameError: see `LTLWrapper`.
@@ -73,12 +74,14 @@ class LTLVectorWrapper(_VectorWrapper):
         reward: BaseReward = "replace",
         initial_label: InitialLabel = "read",
         extra_labels: ExtraLabels = "error",
+        warn_discount: bool = True,
     ) -> None:
         super().__init__(env)
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
         self.labels, self.initial_label = labels, initial_label
+        self.warn_discount = warn_discount
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
         self.observer = observer(observation, env.single_observation_space, tables.n_states)
@@ -127,6 +130,9 @@ class LTLVectorWrapper(_VectorWrapper):
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin episodes in all sub-environments, or in those of the boolean array `options["reset_mask"]`."""
+        if self.warn_discount:
+            self.warn_discount = False
+            warn_discount_varies(self.task)
         mask = (options or {}).get("reset_mask", self._everywhere)
         observations, infos = self.env.reset(seed=seed, options=None if options is None else dict(options))  # type: ignore[arg-type]
         self._chances.seed(seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Literal, NamedTuple, get_args
 
 import gymnasium as gym
@@ -14,8 +15,9 @@ from ltlc.envs.chance import Chance
 from ltlc.envs.choices import PairChoices
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
-from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError, RewardWarning, UnknownNameError
 from ltlc.ltl import Formula
+from ltlc.rewards.zeta_reach import ZetaReach
 from ltlc.task import Task
 
 BaseReward = Literal["replace", "add", "info"]
@@ -53,6 +55,11 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             (`add`), or it is put into the info (`info`).
         initial_label: whether the label of the first observation is read (`read`) or not (`skip`, as the thesis does).
         extra_labels: whether labels that the formula does not mention are an error or ignored.
+        warn_discount: whether to warn, at the first reset, where the discount of the rewards is not the same at every
+            step: say False where the agent weighs what follows a step by `info["ltl"]["discount"]`.
+
+    Warns:
+        RewardWarning: see `warn_discount`.
 
     Raises:
         UnknownNameError: a label and the formula do not go together, or a mode does not exist.
@@ -71,6 +78,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         reward: BaseReward = "replace",
         initial_label: InitialLabel = "read",
         extra_labels: ExtraLabels = "error",
+        warn_discount: bool = True,
     ) -> None:
         RecordConstructorArgs.__init__(
             self,
@@ -80,12 +88,13 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             reward=reward,
             initial_label=initial_label,
             extra_labels=extra_labels,
+            warn_discount=warn_discount,
         )
         super().__init__(env)
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
-        self.labels = labels
+        self.labels, self.warn_discount = labels, warn_discount
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self.observer.space
@@ -123,6 +132,9 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the automaton reads the label of the first observation."""
+        if self.warn_discount:
+            self.warn_discount = False
+            warn_discount_varies(self.task)
         observation, info = self.env.reset(seed=seed, options=options)
         self._chance.seed(seed)
         letter = self.labeller.letter(observation, info)
@@ -193,6 +205,17 @@ class _Row(NamedTuple):
     stop: float
     stop_reward: float
     info: dict[str, Any]
+
+
+def warn_discount_varies(task: Task) -> None:
+    """Warn where an agent that knows one discount for all steps would learn something else than the task."""
+    if task.discount is None:
+        text = (
+            f"the rewards {task.scheme.name!r} have a discount for each step, in info['ltl']['discount']; an agent "
+            "that has one for all steps learns another task. Let it use that, and say warn_discount=False, or take "
+            f"rewards without a discount, such as {ZetaReach.name!r}, and an agent with gamma = 1"
+        )
+        warnings.warn(RewardWarning(text), stacklevel=3)
 
 
 def check_modes(reward: str, initial_label: str) -> None:

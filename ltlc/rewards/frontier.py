@@ -13,7 +13,15 @@ from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.forms import buchi_form, with_buchi_marks
 from ltlc.rewards.need import buchi
-from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_on_deadlock, check_probability, tables_of
+from ltlc.rewards.scheme import (
+    OnDeadlock,
+    RewardScheme,
+    Steps,
+    check_on_deadlock,
+    check_probability,
+    nearer_to_one,
+    tables_of,
+)
 from ltlc.rewards.tables import BoolArray, RewardTables
 
 
@@ -46,6 +54,10 @@ class Frontier(RewardScheme):
         check_probability(self, "eta")
         if self.sets is not None and not 0 < len(self.sets) <= 16:
             raise InvalidArgumentError(f"reward scheme frontier: {len(self.sets)} sets; give 1 to 16")
+
+    def towards_limit(self, k: int) -> RewardScheme:
+        """Eta tends to 1."""
+        return dataclasses.replace(self, eta=nearer_to_one(self.eta, k))
 
     def steps(self, dra: RabinAutomaton) -> Steps:
         """Steps on an automaton whose Inf marks are the rewarded edges."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
 
@@ -49,6 +50,10 @@ class Parity(RewardScheme):
         check_probability(self, "epsilon")
         if self.mode not in get_args(Mode):
             raise UnknownNameError("mode of the parity scheme", self.mode, get_args(Mode))
+
+    def towards_limit(self, k: int) -> RewardScheme:
+        """Epsilon tends to 0."""
+        return dataclasses.replace(self, epsilon=self.epsilon / 10**k)
 
     def refinement(self, dra: RabinAutomaton) -> Refinement:
         """See `ltlc.rewards.forms.parity_form`."""

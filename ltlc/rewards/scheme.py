@@ -15,6 +15,9 @@ from ltlc.rewards.tables import BoolArray, FloatArray, RewardTables
 
 OnDeadlock = Literal["stay", "initial", "terminate"]
 
+SMALLEST_DISTANCE = 1e-12
+"""a discount nearer to 1 loses too many of its 16 digits in the products and sums that values are made of."""
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -61,6 +64,19 @@ class RewardScheme(ABC):
         """The automaton in the form that `steps` takes; here any will do."""
         return Refinement.trivial(dra)
 
+    def towards_limit(self, k: int) -> RewardScheme | None:
+        """The scheme with parameters k steps nearer to the limit in which its optimum maximises P(sat).
+
+        With k = 0 it is the scheme itself; each step divides what is left by ten or more. Here there is no such limit,
+        which is said by None.
+        """
+        return None
+
+    @property
+    def has_guarantee(self) -> bool:
+        """Whether optimal policies maximise the probability of satisfaction, near enough to a limit of parameters."""
+        return self.towards_limit(0) is not None
+
     @property
     def parameters(self) -> dict[str, Any]:
         """Parameter values by name."""
@@ -89,6 +105,12 @@ class RewardScheme(ABC):
         mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
         refinement = self.refinement(dra)
         return tables_of(dra, refinement, self.steps(refinement.automaton), mode)
+
+
+def nearer_to_one(value: float, k: int) -> float:
+    """The value with its distance to 1 divided by 10**k, as far as double precision has room for it."""
+    nearer: float = round(1 - (1 - value) / 10**k, 15)
+    return max(value, min(nearer, 1 - SMALLEST_DISTANCE))
 
 
 def check_on_deadlock(mode: str) -> OnDeadlock:

@@ -62,6 +62,11 @@ class Shaped(RewardScheme):
         if not math.isfinite(self.weight):
             raise InvalidArgumentError(f"shaping weight is {self.weight!r}; it must be a finite number")
 
+    def towards_limit(self, k: int) -> RewardScheme | None:
+        """As the scheme underneath; shaping changes no optimal policy."""
+        nearer = self.scheme.towards_limit(k)
+        return None if nearer is None else dataclasses.replace(self, scheme=nearer)
+
     def refinement(self, dra: RabinAutomaton) -> Refinement:
         """That of the scheme underneath."""
         return self.scheme.refinement(dra)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.rewards.forms import buchi_form
 from ltlc.rewards.need import buchi
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+from ltlc.rewards.scheme import RewardScheme, Steps, check_probability, nearer_to_one
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,16 @@ class TwoDiscount(RewardScheme):
     def __post_init__(self) -> None:
         check_probability(self, "gamma_accept")
         check_probability(self, "gamma", one=True)
+
+    def towards_limit(self, k: int) -> RewardScheme:
+        """Both discounts tend to 1; gamma is the first to move, and moves two steps to one of gamma_accept."""
+        if k == 0:
+            return self
+        return dataclasses.replace(
+            self,
+            gamma_accept=nearer_to_one(self.gamma_accept, k - 1),
+            gamma=nearer_to_one(self.gamma, 2 * k - 1),
+        )
 
     def refinement(self, dra: RabinAutomaton) -> Refinement:
         """See `ltlc.rewards.forms.buchi_form`."""

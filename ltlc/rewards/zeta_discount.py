@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.rewards.forms import buchi_form
 from ltlc.rewards.need import buchi
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+from ltlc.rewards.scheme import RewardScheme, Steps, check_probability, nearer_to_one
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,10 @@ class ZetaDiscount(RewardScheme):
 
     def __post_init__(self) -> None:
         check_probability(self, "zeta")
+
+    def towards_limit(self, k: int) -> RewardScheme:
+        """Zeta tends to 1."""
+        return dataclasses.replace(self, zeta=nearer_to_one(self.zeta, k))
 
     def refinement(self, dra: RabinAutomaton) -> Refinement:
         """See `ltlc.rewards.forms.buchi_form`."""
