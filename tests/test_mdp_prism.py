@@ -11,7 +11,7 @@ from mdp_cases import thesis_world
 
 from ltlc import compile, parse
 from ltlc.envs import GridWorld, grid_map, labelled_mdp
-from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.errors import AlphabetLimitExceeded, FileFormatError, InvalidArgumentError, StateLimitExceeded
 from ltlc.mdp import (
     LabelledMDP,
     Product,
@@ -117,15 +117,36 @@ def test_a_random_start_becomes_a_state() -> None:
     ("2 2\n0 1 1\n", "header promises"),
     ("zwei\n", "line 1"),
     ("2 2\n0 1 1\n1 1\n", "line 3: 2 entries"),
-    ("2 2\n0 1 one\n1 1 1\n", "line 2: 'one' is not a probability"),
-    ("2 2\n0 1 1.5\n1 1 1\n", "line 2: 1.5 is not a probability"),
-    ("2 2\n0 1 nan\n1 1 1\n", "line 2: nan is not a probability"),
-    ("2 2\n0 5 1\n1 1 1\n", "line 2: state 5, but there are 2"),
-    ("2 2\n0 -1 1\n1 1 1\n", "line 2: '-1' is not state"),
+    ("2 2\n0 1 one\n1 1 1\n", "line 2, column 5: 'one' is not a probability"),
+    ("2 2\n0 1 1.5\n1 1 1\n", "line 2, column 5: 1.5 is not a probability"),
+    ("2 2\n0 1 nan\n1 1 1\n", "line 2, column 5: nan is not a probability"),
+    ("2 2\n0 5 1\n1 1 1\n", "line 2, column 3: state 5, but there are 2"),
+    ("2 2\n0 -1 1\n1 1 1\n", "line 2, column 3: '-1' is not state"),
     ("2 2\n0 1 0.5\n1 1 1\n", "sum to 0.5"),
     ("mdp\n0 0 0 0.5 go\n0 0 1 0.5 stay\n", "two actions"),
     ("mdp\n", "no transitions"),
-    ("mdp\n0 0 1 1\n", "no available action"),
+    ("mdp\n0 0 1 1\n", "state 1 has no available action"),
+    ("mdp\n0 99999999999999999999 0 1\n", "line 2, column 3: choice '99999999999999999999': numbers are below"),
+    ("mdp\n0 2000000000 0 1\n", "choice 2000000000 of state 0, which has 1"),
+    ("dtmc\n0 2000000000 1\n", "state 1 has no available action"),
+    ("2000000000 1\n0 0 1\n", "state 1 has no available action"),
+    ("99999999999999999999 1\n0 0 1\n", "line 1, column 1: a number '99999999999999999999'"),
+    ("\u00b2 1\n0 0 1\n", "line 1, column 1: '\u00b2' is not a number"),
+    (f"{'9' * 5_000} 1\n0 0 1\n", r"line 1, column 1: a number '9{37}\.\.\.'"),
+    (f"1 1\n0 0 {'x' * 5_000}\n", r"line 2, column 5: 'x{37}\.\.\.' is not"),
+    ("1 1\n0 0 1_0\n", "column 5: '1_0' is not a probability"),
+    ("1 1\n0 0 1/0\n", "column 5: '1/0' is not a probability"),
+    ("# Transitions (CTMC)\n1 1\n0 0 1\n", "line 1: this is a continuous-time Markov chain"),
+    ("2 2\n0 1 45\n1 0 45\n", "line 2, column 5: 45.0 is not a probability; if it is a rate"),
+    ("ctmc\n0 0 1\n", "line 1, column 1: this is a continuous-time"),
+    ("# Transitions (LTS)\n1 1 1\n0 0 0\n", "line 1: this is a labelled transition system"),
+    ("2 2 2\n0 0 1\n1 0 0\n", "line 2: this seems to be a labelled transition system"),
+    ("# Transitions (IMDP)\n1 1 1\n0 0 0 [1,1]\n", "line 1: this is an MDP whose probabilities are intervals"),
+    ("1 1 1\n0 0 0 [1,1]\n", "line 2: this seems to be an MDP whose probabilities are intervals"),
+    ("1 1\n0 0 [1,1]\n", "line 2: this seems to be a Markov chain whose probabilities are intervals"),
+    ("1 1 1 1\n0 0 0 1 0\n", "line 1: four numbers in the first line mean a partially observable MDP"),
+    ("6 10 16\n0 0.1:1 0.9:3 south\n", "line 2: this seems to be an export by rows"),
+    ("# Labels\n0=\"init\"\n0: 0\n", "line 1: this file has labels; expected transitions"),
 ])  # fmt: skip
 def test_malformed_transitions(tmp_path: Path, tra: str, message: str) -> None:
     path = tmp_path / "wrong.tra"
@@ -136,9 +157,11 @@ def test_malformed_transitions(tmp_path: Path, tra: str, message: str) -> None:
 
 
 @pytest.mark.parametrize(("lab", "message"), [
-    ("", "empty"), ("init goal\n", "line 1"), ('0="init" 1="goal"\n0: 2\n', "line 2: label '2'"),
-    ('0="init"\n9: 0\n', "line 2: state 9"), ('0="init"\n0: 0\n1: 0\n', "2 states are labelled init"),
-    ("#DECLARATION\ninit\n0 init\n", "#END"),
+    ("", "empty"), ("init goal\n", "line 1"), ('0="init" 1="goal"\n0: 2\n', "line 2, column 4: label '2'"),
+    ('0="init"\n9: 0\n', "line 2, column 1: state 9"), ('0="init"\n0: 0\n1: 0\n', "2 states are labelled init"),
+    ("#DECLARATION\ninit\n0 init\n", "#END"), ('0="a" 1="a"\n0: 0\n', "line 1: a label is declared twice"),
+    ("\u00b2=\"a\"\n", "line 1: expected labels"), ('0="init"\n\u00b2: 0\n', "line 2, column 1: '\u00b2' is not state"),
+    ("# States\n(s)\n0:(0)\n", "line 1: this file has states; expected labels"),
 ])  # fmt: skip
 def test_malformed_labels(tmp_path: Path, lab: str, message: str) -> None:
     (tmp_path / "m.tra").write_text("2 2\n0 1 1\n1 1 1\n")
@@ -146,6 +169,39 @@ def test_malformed_labels(tmp_path: Path, lab: str, message: str) -> None:
     with pytest.raises(FileFormatError, match=message) as caught:
         read_explicit(tmp_path / "m.tra", tmp_path / "m.lab")
     assert "m.lab" in str(caught.value)
+
+
+def test_files_of_todays_prism(tmp_path: Path) -> None:
+    (tmp_path / "m.tra").write_text(
+        "# Transitions (MDP)\n2 3 4\n0 0 0 1/3 go\n0 0 1 2/3 go\n0 1 0 1 stay\n1 0 1 1 stay\n"
+    )
+    (tmp_path / "m.lab").write_text('# Labels\n0="init" 1="deadlock" 2="goal"\n0: 0\n# a remark\n1: 2\n')
+    (tmp_path / "m.sta").write_text("# States\n(x)\n0:(3)\n1:(4)\n")
+    (tmp_path / "m.srew").write_text('# Reward structure "time"\n# State rewards\n2 1\n1 2.5\n')
+    mdp = read_explicit(tmp_path / "m.tra", tmp_path / "m.lab", tmp_path / "m.sta")
+    assert (mdp.n_states, mdp.action_names, mdp.aps, mdp.state_names) == (2, ("go", "stay"), ("goal",), ("(3)", "(4)"))
+    assert mdp.transitions[0][0, 1] == pytest.approx(2 / 3)
+    assert read_state_rewards(tmp_path / "m.srew", 2).tolist() == [0, 2.5]
+    (tmp_path / "m.srew").write_text("# Transition rewards\n2 1\n1 2.5\n")
+    with pytest.raises(FileFormatError, match="line 1: this file has transition rewards; expected state rewards"):
+        read_state_rewards(tmp_path / "m.srew", 2)
+
+
+def test_binary_and_huge_files(tmp_path: Path) -> None:
+    (tmp_path / "m.tra").write_bytes(b"1 1\n0 0 \xff\n")
+    with pytest.raises(FileFormatError, match=r"m\.tra: not UTF-8 text"):
+        read_explicit(tmp_path / "m.tra")
+    (tmp_path / "m.tra").write_text("1 1\n0 0 1\n")
+    (tmp_path / "m.lab").write_text(" ".join(f'{i}="l{i}"' for i in range(63)) + "\n0: 62\n")
+    with pytest.raises(AlphabetLimitExceeded, match=r"m\.lab: 63 labels"):
+        read_explicit(tmp_path / "m.tra", tmp_path / "m.lab")
+    n = 6_000  # an action of its own in every state goes by number; that many choices in one state do not fit
+    (tmp_path / "m.tra").write_text(f"{n} {n} {n}\n" + "".join(f"{s} 0 {s} 1 a{s}\n" for s in range(n)))
+    assert read_explicit(tmp_path / "m.tra").n_actions == 1
+    rows = "".join(f"0 {i} 0 1\n" for i in range(n)) + "".join(f"{s} 0 {s} 1\n" for s in range(1, n))
+    (tmp_path / "m.tra").write_text(f"mdp\n{rows}")
+    with pytest.raises(StateLimitExceeded, match="6000 states and 6000 actions"):
+        read_explicit(tmp_path / "m.tra")
 
 
 def test_malformed_rewards_and_states(tmp_path: Path) -> None:
