@@ -267,8 +267,12 @@ class DoubleDQN:
             self.optimizer.load_state_dict(state["optimizer"])
         self.updates = int(state["updates"])
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
+    def save(self, path: str | os.PathLike[str], *, run: str = "") -> Path:
         """Write the policy to a file, complete or not at all: what `load` needs to act and to value, no more.
+
+        Args:
+            path: of the file.
+            run: identity of the training run that it belongs to.
 
         Raises:
             OSError: the folder is missing, not writable or full; an older file is as it was.
@@ -279,7 +283,7 @@ class DoubleDQN:
             "n_actions": self.n_actions,
             "tables": tables_to_tensors(self.tables),
             "policy_network": self.policy_network.state_dict(),
-        })  # fmt: skip
+        }, run)  # fmt: skip
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, device: str | None = None) -> DoubleDQN:

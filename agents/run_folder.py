@@ -1,6 +1,6 @@
 """A run folder: what was to be learned, how far it has come, what came out, and pictures.
 
-config.json       the task, the environment and the hyperparameters
+config.json       the task, the environment, the hyperparameters, and the identity of the run, which its files share
 dra.json          the automaton
 metrics.csv       a row every now and then
 checkpoint.ltlc   to go on from (double DQN)
@@ -14,29 +14,33 @@ dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
 from __future__ import annotations
 
 import csv
+import hashlib
 import json
 import os
 import re
 from collections.abc import Mapping
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ltlc import formats
-from ltlc.atomic import atomic_write
+from ltlc.atomic import atomic_write, atomic_write_all
 from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.mdp.verdict import Judge
-from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
+from ltlc.rewards import RECOMMENDED, OnDeadlock, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
 from . import systems
 from .config import DQNConfig
+from .folder_lock import locked_folder
 from .metrics import METRICS_FILE
+from .storage import run_of
 from .systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
 from .training import CHECKPOINT_FILE, POLICY_FILE
 
@@ -46,9 +50,11 @@ AUTOMATON_PICTURE = "dra.svg"
 RESULT_FILE = "result.json"
 POLICY_PICTURE = "policy.png"
 CURVE_PICTURE = "curve.png"
-_FILES = (CONFIG_FILE, AUTOMATON_FILE, METRICS_FILE, CHECKPOINT_FILE, POLICY_FILE, RESULT_FILE, POLICY_PICTURE,
-          CURVE_PICTURE, AUTOMATON_PICTURE)  # fmt: skip
-_FORMAT = 2
+_RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_PICTURE, METRICS_FILE, CHECKPOINT_FILE)
+"""what a run writes after its beginning, in the order of removal: what is left is a run at any moment."""
+_EVENTS = "events.out.tfevents.*"
+"""files of TensorBoard."""
+_FORMAT = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +67,6 @@ class RunConfig:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """of the reward scheme, `shaping` included; the others have their defaults."""
     on_deadlock: OnDeadlock | None = None
-    on_termination: OnTermination = "repeat"
     num_envs: int = 64
     """environments stepped together."""
     agent: str = DOUBLE_DQN
@@ -76,8 +81,7 @@ class RunConfig:
             UnknownNameError: there is no such scheme or parameter.
             InvalidArgumentError: a parameter is out of range, or does not fit the automaton.
         """
-        scheme = get_scheme(self.reward, **self.parameters)
-        return Task(automaton, scheme, on_deadlock=self.on_deadlock, on_termination=self.on_termination)
+        return Task(automaton, get_scheme(self.reward, **self.parameters), on_deadlock=self.on_deadlock)
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
@@ -88,7 +92,6 @@ class RunConfig:
             "reward": self.reward,
             "parameters": dict(self.parameters),
             "on_deadlock": self.on_deadlock,
-            "on_termination": self.on_termination,
             "num_envs": self.num_envs,
             "agent": self.agent,
             "hyperparameters": self.hyperparameters.to_dict(),
@@ -104,9 +107,7 @@ class RunConfig:
         """
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "on_termination": str, "num_envs": int,
-                 "agent": str}  # fmt: skip
-        values = {"on_termination": "cut", **values}  # what runs did that do not say
+        kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "num_envs": int, "agent": str}
         fields = {key: values[key] for key in kinds}
         for key, kind in kinds.items():
             if not isinstance(fields[key], kind):
@@ -123,46 +124,66 @@ class RunFolder:
         self.config = config
         self.automaton = automaton
         self.task = config.task(automaton)
+        self.id = _digest(config.to_dict(), automaton)
+        self._lock: ExitStack | None = None
 
     @classmethod
     def create(
         cls, path: str | os.PathLike[str], config: RunConfig, automaton: RabinAutomaton, *, force: bool = False
     ) -> RunFolder:
-        """Begin a run; `force` removes the files of an older one.
+        """Begin a run, and keep others from training in its folder until `close`.
+
+        Args:
+            path: of the folder, which is made if it is not there.
+            config: of the run.
+            automaton: of the task.
+            force: replace what the folder holds of an older run: all of it, once the new beginning is on the disk.
 
         Raises:
-            InvalidArgumentError: the folder holds a run already, or is a file.
+            InvalidArgumentError: the folder is a file, or holds a run or files that a run would replace; or something
+                else trains in it.
             OSError: it cannot be written.
         """
         run = cls(path, config, automaton)
-        if run.path.exists() and not run.path.is_dir():
-            raise InvalidArgumentError(f"{run.path} is a file; give a folder for the run")
-        if (run.path / CONFIG_FILE).exists() and not force:
-            raise InvalidArgumentError(
-                f"{run.path} holds a training run; go on with it by --resume, replace it by --force, or give another "
-                "folder with --out"
-            )
-        run.path.mkdir(parents=True, exist_ok=True)
-        for name in _FILES:
-            (run.path / name).unlink(missing_ok=True)
-        formats.write(automaton, run.path / AUTOMATON_FILE)
-        run._write_json(CONFIG_FILE, config.to_dict())
+        with ExitStack() as lock:
+            lock.enter_context(locked_folder(run.path))
+            if not force:
+                run._check_free()
+            old = [*(run.path / name for name in _RESULTS), *run.path.glob(_EVENTS), run.path / CONFIG_FILE]
+            new = {AUTOMATON_FILE: formats.to_json(automaton), CONFIG_FILE: _json(config.to_dict() | {"run": run.id})}
+            atomic_write_all({run.path / name: text for name, text in new.items()}, instead_of=old)
+            run._lock = lock.pop_all()
         return run
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str]) -> RunFolder:
+    def open(cls, path: str | os.PathLike[str], *, lock: bool = False) -> RunFolder:
         """A run that has been begun.
 
+        Args:
+            path: of the folder.
+            lock: keep others from training in it until `close`.
+
         Raises:
-            InvalidArgumentError: there is no run in the folder.
-            FileFormatError: one of its files is damaged; says which.
+            InvalidArgumentError: there is no run in the folder, or something else trains in it.
+            FileFormatError: one of its files is damaged, or of another run; says which.
         """
         folder = Path(path)
-        file = folder / CONFIG_FILE
-        if not file.is_file():
+        if not (folder / CONFIG_FILE).is_file():
             raise InvalidArgumentError(f"{folder} is no run folder: there is no {CONFIG_FILE} in it")
+        if not lock:
+            return cls._read(folder)
+        with ExitStack() as held:
+            held.enter_context(locked_folder(folder))
+            run = cls._read(folder)
+            run._lock = held.pop_all()
+        return run
+
+    @classmethod
+    def _read(cls, folder: Path) -> RunFolder:
+        file = folder / CONFIG_FILE
         try:
-            config = RunConfig.from_dict(json.loads(file.read_text(encoding="utf-8")))
+            values = json.loads(file.read_text(encoding="utf-8"))
+            config = RunConfig.from_dict(values)
         except (LtlcError, ValueError, KeyError, TypeError) as error:
             detail = f"{error} is missing" if isinstance(error, KeyError) else error
             raise FileFormatError(f"{file} is not the configuration of a run: {detail}") from error
@@ -170,15 +191,65 @@ class RunFolder:
             automaton = formats.read(folder / AUTOMATON_FILE)
         except FileNotFoundError as error:
             raise FileFormatError(f"{folder / AUTOMATON_FILE} is missing; the run cannot be used without it") from error
-        return cls(folder, config, automaton)
+        run = cls(folder, config, automaton)
+        run.id = _digest(values, automaton)
+        run._check_parts(values)
+        return run
+
+    def _check_free(self) -> None:
+        if (self.path / CONFIG_FILE).exists():
+            raise InvalidArgumentError(
+                f"{self.path} holds a training run; go on with it (resume), replace it (force), or give another folder"
+            )
+        strange = [name for name in _RESULTS if (self.path / name).exists()]
+        automaton = self.path / AUTOMATON_FILE
+        if automaton.exists() and automaton.read_bytes() != formats.to_json(self.automaton).encode("utf-8"):
+            strange.append(AUTOMATON_FILE)
+        if strange:
+            raise InvalidArgumentError(
+                f"{self.path} holds no training run, but {', '.join(strange)}, which one would replace; give another "
+                "folder, or replace them (force)"
+            )
+
+    def _check_parts(self, config: Mapping[str, Any]) -> None:
+        """Check that the files of the run carry its identity.
+
+        Raises:
+            FileFormatError: one does not, or its first line is damaged.
+        """
+        kept: dict[str, Any] = {CONFIG_FILE: config.get("run")}
+        for name in (CHECKPOINT_FILE, POLICY_FILE):
+            with suppress(FileNotFoundError):
+                kept[name] = run_of(self.path / name)
+        with suppress(FileNotFoundError):
+            kept[RESULT_FILE] = _run_of_result(self.path / RESULT_FILE)
+        strange = [name for name, run in kept.items() if run != self.id]
+        if CONFIG_FILE in strange:
+            raise FileFormatError(
+                f"{self.path}: {CONFIG_FILE} and {AUTOMATON_FILE} do not belong together, or one was changed after "
+                "the run had begun; bring the old ones back, or begin a new run"
+            )
+        if strange:
+            raise FileFormatError(
+                f"{self.path}: {', '.join(strange)} and {CONFIG_FILE} do not belong together, they are of two runs; "
+                "bring the old ones back, or begin a new run"
+            )
+
+    def close(self) -> None:
+        """Let others train in the folder again."""
+        if self._lock is not None:
+            self._lock.close()
+        self._lock = None
+
+    def __enter__(self) -> RunFolder:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def differs(self, config: RunConfig, automaton: RabinAutomaton) -> list[str]:
         """What another configuration or automaton has different; device and threads do not count."""
-        before, now = self.config.to_dict(), json.loads(json.dumps(config.to_dict()))
-        for values in (before, now):
-            del values["ltlc"]
-            for name in ("device", "threads"):
-                values["hyperparameters"].pop(name, None)
+        before, now = _identity(self.config.to_dict()), _identity(config.to_dict())
         same = formats.to_json(self.automaton) == formats.to_json(automaton)
         return [*([] if same else ["formula"]), *(key for key in now if now[key] != before[key])]
 
@@ -215,26 +286,29 @@ class RunFolder:
             env.close()
 
     def train(self, *, resume: bool = False, callback: Callback | None = None) -> Trained:
-        """Train to the end, or go on; see `ltlc.agents.systems.train_agent`."""
+        """Train to the end, or go on; see `ltlc.agents.systems.train_agent`.
+
+        Others are kept from training in the folder meanwhile, unless `create` or `open` has seen to it.
+        """
         config = self.config
         if resume and not self.keeps_checkpoints and (self.path / POLICY_FILE).exists():
             rows = self.metrics()
             if not rows:
                 raise FileFormatError(f"{self.path / METRICS_FILE} has no rows; begin anew with --force")
             return Trained(self.load(), int(rows[-1]["steps"] or 0), rows[-1]["seconds"] or 0.0)
-        env = self.vector_env()
-        try:
+        with ExitStack() as stack:
+            if self._lock is None:
+                stack.enter_context(locked_folder(self.path))
             return systems.train_agent(
-                env,
+                stack.enter_context(closing(self.vector_env())),
                 config.agent,
                 config.hyperparameters,
                 self.path,
+                run_id=self.id,
                 resume=resume,
                 judge=None if self.keeps_checkpoints else self.judge,
                 callback=callback,
             )
-        finally:
-            env.close()
 
     @property
     def keeps_checkpoints(self) -> bool:
@@ -275,8 +349,8 @@ class RunFolder:
             raise FileFormatError(f"{path}: {error}") from error
 
     def write_result(self, result: Mapping[str, Any]) -> Path:
-        """Write result.json."""
-        return self._write_json(RESULT_FILE, result)
+        """Write result.json; to hold no times, so that equal runs have equal verdicts."""
+        return atomic_write(self.path / RESULT_FILE, _json({"run": self.id, **result}))
 
     def draw_automaton(self) -> Path | None:
         """Write dra.svg, or nothing where nothing that draws is installed."""
@@ -285,8 +359,35 @@ class RunFolder:
         except MissingProgramError:
             return None
 
-    def _write_json(self, name: str, values: Mapping[str, Any]) -> Path:
-        return atomic_write(self.path / name, json.dumps(values, ensure_ascii=False, indent=2) + "\n")
+
+def _json(values: Mapping[str, Any]) -> str:
+    return json.dumps(values, ensure_ascii=False, indent=2) + "\n"
+
+
+def _identity(config: Mapping[str, Any]) -> dict[str, Any]:
+    """What a configuration says about what is learned: all but the version, the device, threads, and the identity."""
+    values: dict[str, Any] = json.loads(json.dumps({key: config[key] for key in config if key not in ("ltlc", "run")}))
+    for name in ("device", "threads"):
+        values["hyperparameters"].pop(name, None)
+    return values
+
+
+def _digest(config: Mapping[str, Any], automaton: RabinAutomaton) -> str:
+    """The identity of a run, which all its files carry."""
+    text = json.dumps(_identity(config), sort_keys=True) + formats.to_json(automaton)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
+
+
+def _run_of_result(path: Path) -> Any:
+    """The identity of the run whose verdict is in the file.
+
+    Raises:
+        FileFormatError: the file is damaged.
+    """
+    try:
+        return json.loads(path.read_text(encoding="utf-8")).get("run")
+    except (ValueError, AttributeError) as error:
+        raise FileFormatError(f"{path} is not the verdict of a run: {error}") from error
 
 
 def default_folder(name: str, env: str, seed: int, agent: str = DOUBLE_DQN) -> Path:

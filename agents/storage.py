@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+import sys
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -21,21 +22,41 @@ _MAGIC = "ltlc"
 _VERSION = 1
 
 
-def write_file(path: str | os.PathLike[str], kind: str, content: dict[str, Any]) -> Path:
-    """Write nested dicts, lists, tensors, numbers and texts, with a checksum.
+def write_file(path: str | os.PathLike[str], kind: str, content: dict[str, Any], run: str = "") -> Path:
+    """Write nested dicts, lists, tensors, numbers and texts, with a checksum; equal contents give the same bytes.
+
+    Args:
+        path: of the file.
+        kind: what it holds, a word.
+        content: what it holds.
+        run: identity of the training run that it belongs to, a word; empty: of none.
 
     Raises:
         OSError: the folder is missing, not writable or full; an older file is as it was.
     """
     stream = io.BytesIO()
-    torch.save(content, stream)
+    torch.save(_canonical(content), stream)
     payload = stream.getvalue()
-    head = f"{_MAGIC} {kind} {_VERSION} {hashlib.sha256(payload).hexdigest()}\n"
+    head = f"{_MAGIC} {kind} {_VERSION} {_checksum(payload, run)} {run}".rstrip() + "\n"
     try:
         return atomic_write(path, head.encode("ascii") + payload)
     except OSError as error:
-        what = f"cannot write the {kind} {os.fspath(path)!r} ({error.strerror}); what was there before is unharmed"
-        raise OSError(error.errno, what) from error
+        what = f"cannot write the {kind} ({error.strerror}); what was there before is unharmed"
+        raise OSError(error.errno, what, os.fspath(path)) from error
+
+
+def run_of(path: str | os.PathLike[str]) -> str:
+    """The identity of the run that a file was written for; empty where there is none.
+
+    Raises:
+        FileFormatError: the file is damaged, or not one of `write_file`.
+        OSError: the file is missing or not readable.
+    """
+    with Path(path).open("rb") as stream:
+        words = stream.readline(500).decode("ascii", "replace").split()
+    if words[:1] != [_MAGIC] or len(words) not in (4, 5):
+        raise FileFormatError(f"{os.fspath(path)}: this is not a file of ltlc, or its first line is damaged")
+    return "".join(words[4:])
 
 
 def read_file(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
@@ -47,17 +68,35 @@ def read_file(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
     """
     head, _, payload = Path(path).read_bytes().partition(b"\n")
     words = head.decode("ascii", "replace").split()
-    if len(words) != 4 or words[0] != _MAGIC or words[1] != kind:
+    if len(words) not in (4, 5) or words[0] != _MAGIC or words[1] != kind:
         raise FileFormatError(f"{os.fspath(path)}: this is not a {kind} file of ltlc, or its first line is damaged")
     if words[2] != str(_VERSION):
         raise FileFormatError(f"{os.fspath(path)}: {kind} of format {words[2]}; this version reads format {_VERSION}")
-    if hashlib.sha256(payload).hexdigest() != words[3]:
+    if _checksum(payload, "".join(words[4:])) != words[3]:
         raise FileFormatError(
             f"{os.fspath(path)}: the {kind} is damaged (its checksum does not fit, {len(payload)} bytes); "
             "restore it from a backup, or start again"
         )
     content: dict[str, Any] = torch.load(io.BytesIO(payload), map_location="cpu", weights_only=True)
     return content
+
+
+def _canonical(value: Any) -> Any:
+    """The same value with every text there once: pickle writes equal texts in other bytes than a text met again."""
+    match value:
+        case dict():
+            return {_canonical(key): _canonical(entry) for key, entry in value.items()}
+        case list():
+            return [_canonical(entry) for entry in value]
+        case tuple():
+            return tuple(_canonical(entry) for entry in value)
+        case str():
+            return sys.intern(str(value))
+    return value
+
+
+def _checksum(payload: bytes, run: str) -> str:
+    return hashlib.sha256(run.encode("utf-8") + payload).hexdigest()
 
 
 def tables_to_tensors(tables: RewardTables) -> dict[str, Any]:

@@ -111,6 +111,7 @@ def train_agent(
     config: Hyperparameters,
     folder: Path,
     *,
+    run_id: str = "",
     resume: bool = False,
     judge: Judge | None = None,
     callback: Callback | None = None,
@@ -121,17 +122,18 @@ def train_agent(
         env: the environment; it is not closed.
         agent: its name.
         config: its hyperparameters.
-        folder: of the run.
+        folder: of the run; the caller has its lock.
+        run_id: identity of the run, which its files carry.
         resume: whether to go on from a checkpoint. Tabular learners keep none; they begin anew.
         judge: of the task, where its dynamics are known, for the metrics of tabular learners.
         callback: called with each row of metrics.
     """
     from .tabular.run import train_learner
-    from .training import CHECKPOINT_FILE, POLICY_FILE, train
+    from .training import CHECKPOINT_FILE, POLICY_FILE, train_in
 
     if isinstance(config, DQNConfig):
         go_on = resume and (folder / CHECKPOINT_FILE).exists()  # else killed before the first checkpoint
-        result = train(env, config, folder=folder, resume=go_on, callback=callback)
+        result = train_in(folder, env, config, run_id=run_id, resume=go_on, callback=callback)
         return Trained(result.agent, result.steps, result.seconds, result.interrupted, result.saved_steps)
     last: list[TableProgress] = []
 
@@ -146,7 +148,7 @@ def train_agent(
         steps, seconds = (last[0].row.steps, last[0].row.seconds) if last else (0, 0.0)
         return Trained(None, steps, seconds, interrupted=True)
     if learned.agent is not None:
-        learned.agent.save(folder / POLICY_FILE)
+        learned.agent.save(folder / POLICY_FILE, run=run_id)
     return Trained(learned.agent, learned.steps, learned.seconds, message=learned.message)
 
 

@@ -135,23 +135,24 @@ def reproduce(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
         run = RunFolder.create(folder, config, recorded_automaton(experiment.automaton), force=True)
-    since = time.perf_counter()
-    judge = run.judge
-    assert judge is not None and judge.optimum is not None and judge.maximum is not None  # both are solved here
-    solved_in = time.perf_counter() - since
-    watch = _Watch(judge)
+    with run:
+        since = time.perf_counter()
+        judge = run.judge
+        assert judge is not None and judge.optimum is not None and judge.maximum is not None  # both are solved here
+        solved_in = time.perf_counter() - since
+        watch = _Watch(judge)
 
-    def look(progress: Any) -> None:
-        watch.look(progress)
-        callback(progress)
+        def look(progress: Any) -> None:
+            watch.look(progress)
+            callback(progress)
 
-    result = run.train(callback=look)
-    if result.interrupted or result.agent is None:
-        return None
-    verdict = judge.judge(tabular_policy(result.agent, judge.rewards.mdp))
-    report = Report(verdict, judge, None)
-    run.write_result({"steps": result.steps, "seconds": result.seconds, **report.to_dict()})
-    run.draw_automaton()
+        result = run.train(callback=look)
+        if result.interrupted or result.agent is None:
+            return None
+        verdict = judge.judge(tabular_policy(result.agent, judge.rewards.mdp))
+        report = Report(verdict, judge, None)
+        run.write_result({"steps": result.steps, **report.to_dict()})
+        run.draw_automaton()
     curves = (np.array(column, dtype=np.float64) for column in (watch.episodes, watch.returns, watch.greedy))
     return Outcome(experiment, seed, run, report, result.seconds - watch.paused, watch.reached, solved_in, *curves)
 

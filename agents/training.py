@@ -23,9 +23,10 @@ from ltlc.errors import InvalidArgumentError
 from .collect import Collector, Interface
 from .config import DQNConfig
 from .dqn import DoubleDQN
+from .folder_lock import locked_folder
 from .metrics import Metrics, Row
 from .replay import ReplayBuffer
-from .storage import read_file, same_tables, tables_of_tensors, tables_to_tensors, write_file
+from .storage import read_file, run_of, same_tables, tables_of_tensors, tables_to_tensors, write_file
 from .table import GROWTH, Tally
 
 CHECKPOINT_FILE = "checkpoint.ltlc"
@@ -100,8 +101,8 @@ def train(
         callback: called with each row of metrics; stops the training by returning True.
 
     Raises:
-        InvalidArgumentError: the agent cannot take the environment; the folder holds a run and `resume` is False; or
-            the checkpoint is of another configuration, task or environment.
+        InvalidArgumentError: the agent cannot take the environment; the folder holds a run and `resume` is False; the
+            checkpoint is of another configuration, task or environment; or something else trains in the folder.
         FileFormatError: the checkpoint is damaged.
         TrainingDiverged: the loss is no longer finite; the last checkpoint is intact.
         OSError: the folder cannot be written, for instance because the disk is full; the last checkpoint is intact.
@@ -109,11 +110,40 @@ def train(
     References:
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, algorithm 1.
     """
-    place = None if folder is None else Path(folder)
-    saved = _find_checkpoint(place, resume)
+    if folder is None:
+        return train_in(None, env, config, resume=resume, callback=callback)
+    with locked_folder(Path(folder)):
+        return train_in(Path(folder), env, config, resume=resume, callback=callback)
+
+
+def train_in(
+    folder: Path | None,
+    env: VectorEnv[Any, Any, Any],
+    config: DQNConfig | None,
+    *,
+    run_id: str = "",
+    resume: bool = False,
+    callback: Callback | None = None,
+) -> TrainingResult:
+    """Train as `train` does, in a folder that is there and locked.
+
+    Args:
+        folder: of the run, or None.
+        env: see `train`.
+        config: see `train`.
+        run_id: what the files of the run carry as its identity; a resumed run goes on with its own.
+        resume: see `train`.
+        callback: see `train`.
+
+    Raises:
+        LtlcError, OSError: see `train`.
+    """
+    saved = _find_checkpoint(folder, resume)
     config = _agreed_config(config, saved)
+    if saved is not None and folder is not None:
+        run_id = run_of(folder / CHECKPOINT_FILE)
     with _threads(config.threads), _InterruptFlag() as interrupt:
-        run = _Run(env, config, place, saved)
+        run = _Run(env, config, folder, run_id, saved)
         stopped = False
         while run.steps < config.total_steps and not stopped and not interrupt.raised:
             epsilon, learning_rate = config.epsilon_at(run.steps), config.learning_rate_at(run.steps)
@@ -127,17 +157,22 @@ def train(
             if run.leg_is_over() and run.steps < config.total_steps:
                 run.begin_leg()
         run.finish(complete=not interrupt.raised)
-        return TrainingResult(run.agent, run.steps, run.seconds, interrupt.raised, place, run.saved_steps)
+        return TrainingResult(run.agent, run.steps, run.seconds, interrupt.raised, folder, run.saved_steps)
 
 
 class _Run:
     """The state of a training run: everything a checkpoint holds."""
 
     def __init__(
-        self, env: VectorEnv[Any, Any, Any], config: DQNConfig, folder: Path | None, saved: dict[str, Any] | None
+        self,
+        env: VectorEnv[Any, Any, Any],
+        config: DQNConfig,
+        folder: Path | None,
+        run_id: str,
+        saved: dict[str, Any] | None,
     ) -> None:
         interface = Interface.of(env)
-        self.config, self.folder = config, folder
+        self.config, self.folder, self.id = config, folder, run_id
         self.agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
         encoder = self.agent.encoder
         self.buffer: ReplayBuffer | Tally
@@ -151,8 +186,6 @@ class _Run:
         self._seconds, self._since = 0.0, time.perf_counter()
         if saved is not None:
             self._check_same_task(saved)
-        if folder is not None:
-            folder.mkdir(parents=True, exist_ok=True)
         self.metrics = Metrics(folder, 0 if saved is None else int(saved["steps"]))
         if saved is None:
             self._write()
@@ -199,14 +232,15 @@ class _Run:
         self._reset()
 
     def finish(self, *, complete: bool) -> None:
-        """Write the last checkpoint, unless the leg was cut short, and the policy."""
-        if isinstance(self.buffer, Tally) and len(self.buffer):
-            self.agent.fit(self.buffer, to_the_end=True)
-        if complete:
-            self.save()
+        """Write the last checkpoint, unless the leg was cut short or nothing happened since, and the policy."""
+        if self.steps > self.saved_steps:
+            if isinstance(self.buffer, Tally) and len(self.buffer):
+                self.agent.fit(self.buffer, to_the_end=True)
+            if complete:
+                self.save()
         self.metrics.close()
         if self.folder is not None:
-            self.agent.save(self.folder / POLICY_FILE)
+            self.agent.save(self.folder / POLICY_FILE, run=self.id)
 
     def save(self) -> None:
         """End the leg with a checkpoint: the old one, or the new one, is there at any moment."""
@@ -231,7 +265,7 @@ class _Run:
             "buffer": self.buffer.state_dict(),
             "metrics": self.metrics.state_dict(),
         }
-        write_file(self.folder / CHECKPOINT_FILE, _FILE_KIND, content)
+        write_file(self.folder / CHECKPOINT_FILE, _FILE_KIND, content, self.id)
 
     def _reset(self) -> None:
         every = self.config.checkpoint_every

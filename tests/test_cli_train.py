@@ -314,8 +314,8 @@ def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
         ("dra.json", content["dra.json"][:50], "dra.json"),
         ("dra.json", None, "dra.json is missing"),
         ("config.json", b"{", "config.json is not the configuration of a run"),
-        ("config.json", b'{"format": 2}', "is missing"),
-        ("config.json", content["config.json"].replace(b'"format": 2', b'"format": 9'), "this version reads format 2"),
+        ("config.json", b'{"format": 3}', "is missing"),
+        ("config.json", content["config.json"].replace(b'"format": 3', b'"format": 9'), "this version reads format 3"),
         ("config.json", None, "no run folder"),
     ]
     for name, damaged, message in damages:

@@ -56,8 +56,12 @@ class TablePolicy:
         below = chosen.cumsum(axis=1) < self._generator.random((len(chosen), 1))
         return np.asarray(np.minimum(below.sum(axis=1), self.n_actions - 1))
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
+    def save(self, path: str | os.PathLike[str], *, run: str = "") -> Path:
         """Write the policy to a file, complete or not at all.
+
+        Args:
+            path: of the file.
+            run: identity of the training run that it belongs to.
 
         Raises:
             OSError: the folder is missing, not writable or full; an older file is as it was.
@@ -67,7 +71,7 @@ class TablePolicy:
             "n_actions": self.n_actions,
             "tables": tables_to_tensors(self.tables),
             "table": torch.from_numpy(self.table),
-        })  # fmt: skip
+        }, run)  # fmt: skip
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> TablePolicy:

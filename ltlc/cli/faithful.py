@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -33,7 +33,6 @@ def faithful(
         ),
     ] = None,
     on_deadlock: setting.OnDeadlock = None,
-    on_termination: setting.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -55,10 +54,9 @@ def faithful(
       ltlc faithful "!C U (A & (!C U B))" --env ltlc/Thesis10x10-v0
       ltlc faithful "!C U A" -e ltlc/Thesis10x10-v0 -r eventual -r two-discount,gamma=0.999 -o bars.png
     """
-    from ltlc.faithful import default_candidates, faithfulness
+    from ltlc.faithful import faithfulness
 
-    given = [_candidate(text, on_deadlock, on_termination) for text in reward or ()]
-    candidates = given or default_candidates(on_deadlock, on_termination)
+    candidates = None if not reward else [_candidate(text, on_deadlock) for text in reward]
     automaton = setting.automaton_of(formula, acceptance, translator)
     place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
     if place.model is None:
@@ -78,11 +76,11 @@ def faithful(
         print(f"The picture is in {output}.")
 
 
-def _candidate(text: str, on_deadlock: Any, on_termination: Any) -> Candidate:
+def _candidate(text: str, on_deadlock: str | None) -> Candidate:
     from ltlc.faithful import Candidate
 
     name, *parameters = text.split(",")
-    return Candidate.of(name, on_deadlock, on_termination, **setting.assignments(parameters, "--reward"))
+    return Candidate.of(name, on_deadlock, **setting.assignments(parameters, "--reward"))  # type: ignore[arg-type]
 
 
 def _print(report: FaithfulnessReport, env: str) -> None:

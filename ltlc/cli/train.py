@@ -34,7 +34,6 @@ def train(
     reward: setting.Reward = None,
     set_: setting.Parameters = None,
     on_deadlock: setting.OnDeadlock = None,
-    on_termination: setting.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     agent: Annotated[str, typer.Option("--agent", metavar="NAME", help="What learns: a name from 'ltlc agents'.")] = (
@@ -98,7 +97,7 @@ def train(
     if formula is None or env is None:
         if not resume or out is None:
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
-        run = folders.RunFolder.open(out)
+        run = folders.RunFolder.open(out, lock=True)
     else:
         automaton = setting.automaton_of(formula, acceptance, translator)
         place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
@@ -110,7 +109,6 @@ def train(
             reward=reward or ("thesis" if config == "thesis" else RECOMMENDED),
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
-            on_termination=on_termination,
             num_envs=num_envs,
             agent=agent,
             hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),
@@ -118,11 +116,17 @@ def train(
         folder = Path(out) if out is not None else folders.default_folder(automaton.formula or "task", env, seed, agent)
         run = _opened(folders, folder, wanted, automaton) if resume else None
         if run is None:
+            if (folder / folders.CONFIG_FILE).exists() and not force:
+                raise InvalidArgumentError(
+                    f"{folder} holds a training run; go on with it by --resume, replace it by --force, or give another "
+                    "folder with --out"
+                )
             folders.RunFolder(folder, wanted, automaton).check()
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
-    if resume and device is not None:
-        run.move_to(device)
-    raise typer.Exit(_train(run, resume, quiet or json_, json_))
+    with run:
+        if resume and device is not None:
+            run.move_to(device)
+        raise typer.Exit(_train(run, resume, quiet or json_, json_))
 
 
 def _hyperparameters(
@@ -164,10 +168,12 @@ def _hyperparameters(
 def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
     """The run in the folder, if there is one and it is the one that is wanted; None if there is none."""
     if not (folder / folders.CONFIG_FILE).exists():
+        complain(f"warning: {folder} holds no run to go on with; a new one begins")
         return None
-    run = folders.RunFolder.open(folder)
+    run = folders.RunFolder.open(folder, lock=True)
     different = run.differs(wanted, automaton)
     if different:
+        run.close()
         raise InvalidArgumentError(
             f"the run in {folder} differs in {', '.join(different)}; go on with it by ltlc train --resume --out "
             f"{folder}, or give another folder"
@@ -191,24 +197,19 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
         anew = f"{run.config.agent} keeps no checkpoint. Begin anew with: {again}"
         what = kept if run.keeps_checkpoints else anew
         return complain(f"interrupted after {result.steps} of {total} steps; {what}", code=130)
+    told = {"folder": str(run.path), "seconds": round(result.seconds, 3)}
     if result.agent is None:
-        seconds = round(result.seconds, 3)
-        nothing = {"agent": run.config.agent, "steps": result.steps, "seconds": seconds, "learned": None}
+        nothing = {"agent": run.config.agent, "steps": result.steps, "learned": None}
         run.write_result(nothing)
         if json_:
-            print(json.dumps({"folder": str(run.path), **nothing}, ensure_ascii=False, indent=2))
+            print(json.dumps(told | nothing, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
     verdict = conclude.judge_run(run, result.agent)
-    values = {
-        "agent": run.config.agent,
-        "steps": result.steps,
-        "seconds": round(result.seconds, 3),
-        **verdict.to_dict(),
-    }
+    values = {"agent": run.config.agent, "steps": result.steps, **verdict.to_dict()}
     run.write_result(values)
     pictures = conclude.draw_run(run, result.agent, verdict.judge)
     if json_:
-        print(json.dumps({"folder": str(run.path), **values}, ensure_ascii=False, indent=2))
+        print(json.dumps(told | values, ensure_ascii=False, indent=2))
     elif not quiet:
         print(f"{result.steps} steps in {result.seconds:.1f} s{result.message and f'; {result.message}'}")
         print_figures(verdict.lines(), headings(verdict))
