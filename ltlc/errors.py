@@ -22,6 +22,7 @@
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Iterable
 
 
@@ -53,14 +54,25 @@ class LtlSyntaxError(LtlcError, ValueError):
         super().__init__(message, text, line, column, hint)
 
     def __str__(self) -> str:
-        lines = self.text.splitlines() or [""]
-        source = lines[min(self.line, len(lines)) - 1]
+        source = self.text.split("\n")[self.line - 1]
         start = max(0, self.column - 41)
-        excerpt = source[start : start + 80].replace("\t", " ")
+        excerpt = "".join(c if c.isprintable() else _in_place_of(c) for c in source[start : start + 80])
         head = f"line {self.line}, column {self.column}: {self.message}"
-        caret = " " * (self.column - 1 - start) + "^"
+        caret = " " * sum(map(_columns, excerpt[: self.column - 1 - start])) + "^"
         tail = f"\nhint: {self.hint}" if self.hint else ""
         return f"{head}\n  {excerpt}\n  {caret}{tail}"
+
+
+def _in_place_of(character: str) -> str:
+    """What stands for a character that a terminal cannot show."""
+    return " " if character.isspace() else "\N{REPLACEMENT CHARACTER}"
+
+
+def _columns(character: str) -> int:
+    """How many columns of a terminal a character takes."""
+    if unicodedata.combining(character):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
 
 
 class FileFormatError(LtlcError, ValueError):

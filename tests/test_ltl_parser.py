@@ -41,8 +41,9 @@ from ltlc.ltl import (
     simplify,
 )
 from ltlc.ltl.diagnosis import _misreadings, may_be_misread
+from ltlc.ltl.dialects import RESERVED
 from ltlc.ltl.grammar import UNKNOWN, Misfit
-from ltlc.ltl.parser import _builders, _grammar, parse_tokens
+from ltlc.ltl.parser import _builders, _grammar
 
 a, b, c, d = map(Proposition, "abcd")
 
@@ -63,14 +64,17 @@ a, b, c, d = map(Proposition, "abcd")
         (["a R b"], Release(a, b)),
         (["a W b"], WeakUntil(a, b)),
         (["a M b"], StrongRelease(a, b)),
-        (["true", "TRUE", "True", "1", "t", "⊤"], TRUE),
-        (["false", "FALSE", "False", "0", "f", "⊥"], FALSE),
+        (["true", "TRUE", "True", "1", "tt", "⊤"], TRUE),
+        (["false", "FALSE", "False", "0", "ff", "⊥"], FALSE),
         (["FGa", "FG a", "F G a", "<>[]a", "<>G a", "F[]a"], Eventually(Always(a))),
         (["GFa", "GF(a)", "GF\na", "G<>a"], Always(Eventually(a))),
         (["G!C", "G !C", "G! C"], Always(Not(Proposition("C")))),
         (["XXa", "XX a", "X X a", "()()a"], Next(Next(a))),
         (['FG"x"', 'F G "x"'], Eventually(Always(Proposition("x")))),
-        (["Gtrue", "G 1", "G(true)"], Always(TRUE)),
+        (["Gtrue", "G 1", "G(true)", "Gtt"], Always(TRUE)),
+        (["!!a", "a", "!!!!a", "!(!a)"], a),
+        (["FFa", "F a", "F(F a)", "<><>a"], Eventually(a)),
+        (["GGGa", "G a"], Always(a)),
     ],
 )
 def test_spellings(spellings: list[str], formula: Formula) -> None:
@@ -113,7 +117,7 @@ def test_precedence(text: str, bracketed: str) -> None:
         ("F Ma & FMa & GUb & Ub", "Ma Ub"),
         ("near_goal.left & x1", "near_goal.left x1"),
         ("Tür", "Tür"),
-        ("V & T & until & tt", "V T until tt"),
+        ("T & E & P & TT & FF1", "T E P TT F1"),
         ('"and" & "F" & "x>=1.5" & "a b"', "and|F|x>=1.5|a b"),
     ],
 )
@@ -134,9 +138,15 @@ def test_quoted_names_may_hold_anything() -> None:
         ("FIRE", "FIRE is read as F IRE"),
         ("G_home", "G_home is read as G _home"),
         ("aUb", "aUb is read as one proposition; write a U b"),
-        ("e & f", "f is read as a proposition"),
-        ("s U t", "t is read as a proposition"),
+        ("e & f", "f is read as a proposition; ltl2dstar, LBT and guards in HOA files read false"),
+        ("F t", "t is read as a proposition; ltl2dstar, LBT and guards in HOA files read true"),
         ("Xf & g", "f is read as a proposition"),
+        ("FGt", "t is read as a proposition"),
+        ("G !V", "V is read as a proposition; Spot, SPIN and LTL2BA read the operator release, here R"),
+        ("F H & F H", "H is read as a proposition; nuXmv and BLACK read the past operator historically"),
+        ("F last", "last is read as a proposition; tools for finite traces"),
+        ("F(grasp & X release)", "release is read as a proposition; SPIN reads the operator release, here R"),
+        ("G(a -> Oa)", "Oa is read as one proposition; nuXmv and BLACK read O before a as the past operator once"),
     ],
 )
 def test_surprising_readings_are_told(text: str, said: str) -> None:
@@ -158,7 +168,10 @@ def test_surprising_readings_are_told(text: str, said: str) -> None:
         "F goal & G!goal & GFgoal",
         "Gtrue",
         "isReady",
-        "a & t",
+        'a & "t" & "V"',
+        "tt & ff",
+        "Ok & On & No & Hat",
+        "F(A & F B) & G!C & FG T",
         "FR",
         "X1",
     ],
@@ -167,12 +180,14 @@ def test_usual_readings_are_not(text: str) -> None:
     parse(text)  # a warning is an error
 
 
-def test_the_letters_t_and_f_are_constants_except_beside_their_neighbors() -> None:
-    assert parse("a U t") is Until(a, TRUE)
-    assert parse("G f") is Always(FALSE)
-    with pytest.warns(LtlSyntaxWarning):
-        assert propositions(parse("F(d & e & f & g)")) == ("d", "e", "f", "g")
-    assert propositions(parse('"t" U "f"')) == ("t", "f")
+@pytest.mark.parametrize("name", [*RESERVED, "tt", "ff", "true", "Goal"])
+def test_names_that_mean_something_elsewhere_are_written_in_quotes(name: str) -> None:
+    formula = Eventually(Proposition(name))
+    assert str(formula) == f'F "{name}"'
+    assert parse(str(formula)) is formula  # a warning is an error
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LtlSyntaxWarning)
+        assert (parse(f"F {name}") is formula) == (name in RESERVED)
 
 
 ERRORS = [
@@ -229,9 +244,10 @@ ERRORS = [
     ("a / b", 1, 3, "'/' is not an operator", r"write /\ "),
     ("a \\ b", 1, 3, "'\\' is not an operator", r"write \/ "),
     ("a; b", 1, 2, "';' is not an operator", "words have"),
-    ("F[2:3] a", 1, 2, "'[' is not an operator", "no bounds"),
+    ("F[2:3] a", 1, 2, "'F[2:3]' has a bound", "F[2:3] a is X X a | X X X a"),
+    ("F[a & b]", 1, 2, "'[' is not an operator", "round brackets"),
     ("{a}", 1, 1, "'{' is not an operator", "round brackets"),
-    ("'a'", 1, 1, "''' is not an operator", "double quotes"),
+    ("a'", 1, 2, "''' is not an operator", "double quotes"),
     ("a # b", 1, 3, "'#' is not an operator", "formula files"),
     ("50%", 1, 1, "'50' is neither a name nor a constant", '"50"'),
     ("a & 1st", 1, 5, "'1st' is neither a name nor a constant", '"1st"'),
@@ -266,10 +282,27 @@ def test_an_error_shows_the_place() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("text", "excerpt", "caret"),
+    [
+        ("部屋 b", "  部屋 b", "       ^"),  # two columns each
+        ('"e\u0301" b', '  "e\u0301" b', "      ^"),  # no column for the accent
+        ("a\x0c&\tb c", "  a & b c", "        ^"),  # a form feed does not end the line
+        ("a &\r\n b\u2028c", "   b c", "     ^"),
+        ("a " * 500, "  " + "a " * 40, "    ^"),
+        ("(" * 500 + "a b", "  " + "(" * 38 + "a b", "  " + " " * 40 + "^"),
+    ],
+)
+def test_the_caret_stands_below_the_place(text: str, excerpt: str, caret: str) -> None:
+    with pytest.raises(LtlSyntaxError) as caught:
+        parse(text)
+    assert str(caught.value).split("\n")[1:3] == [excerpt, caret]
+
+
 def test_character_soup_ends_in_a_formula_or_a_syntax_error() -> None:
     rng = random.Random(1)
     pieces = [
-        *"ab()()!&|^UWRMXFGtf10 \"\\'<>[]-=;{}#/~.,\n\t%é∧□",
+        *"ab()()!&|^UWRMXFGtfOHTSN10 \"\\'<>[]-=;{}#/~.,\n\t%é∧□",
         "->",
         "<->",
         "true",
@@ -295,8 +328,7 @@ def test_character_soup_ends_in_a_formula_or_a_syntax_error() -> None:
             else:
                 parsed += 1
                 assert parse(str(formula)) is formula
-                _, tokens = parse_tokens(text)
-                assert may_be_misread(text) or not list(_misreadings(tokens()))
+                assert may_be_misread(text) or not list(_misreadings(_grammar().scan(text)))
     assert parsed > 100
 
 
@@ -366,27 +398,28 @@ def test_the_table_is_run_as_lark_runs_it() -> None:
     grammar = _grammar()
     lark = Lark.open_from_package("ltlc.grammars", "ltl.lark", parser="lalr", lexer="basic")
     pieces = ["a", "b", "(", ")", " U ", " W ", " & ", " | ", " xor ", "!", "X ", "F", "()", "->", "<->", "1", '"c"']
+    pieces += ["G", "X", "R", "tt"]
     rng = random.Random(4)
     texts = ["".join(rng.choice(pieces) for _ in range(rng.randint(1, 12))) for _ in range(6000)]
     texts += [str(random_formula(rng, rng.randint(1, 30))) for _ in range(500)]
     parsed = 0
     for text in texts:
-        matches = grammar.scan(text)
-        kinds, words = [match.lastgroup or "" for match in matches], [match[0] for match in matches]
+        tokens = list(grammar.scan(text))
+        kinds = [token.kind for token in tokens]
         try:
-            assert [(token.type, str(token)) for token in lark.lex(text)] == list(zip(kinds, words, strict=True))
+            assert [(token.type, str(token)) for token in lark.lex(text)] == [token[:2] for token in tokens]
             tree = lark.parse(text)
         except UnexpectedCharacters:
             assert UNKNOWN in kinds
         except UnexpectedToken as error:
             with pytest.raises(Misfit) as caught:
-                grammar.parse(kinds, words)
-            starts = [*(match.start() for match in matches), "end"]
+                grammar.parse(text)
+            starts = [*(token.start for token in tokens), "end"]
             assert starts[caught.value.index] == ("end" if error.token.type == "$END" else error.token.start_pos)
         else:
             parsed += 1
-            assert grammar.parse(kinds, words) is _built(tree), text
-    assert parsed > 600
+            assert grammar.parse(text) is _built(tree), text
+    assert parsed > 500
 
 
 def _built(tree: Tree[Any]) -> Formula:

@@ -287,7 +287,7 @@ def _guards(transitions: list[_Node], sources: list[int], aps: tuple[str, ...]) 
 
 
 def _parse_guard(node: _Node, text: str, aps: tuple[str, ...]) -> int:
-    from ltlc.ltl.parser import parse
+    from ltlc.ltl.parser import parse_silently
 
     def atom(name: str) -> int:
         if name not in aps:
@@ -295,7 +295,7 @@ def _parse_guard(node: _Node, text: str, aps: tuple[str, ...]) -> int:
         return letters_with(aps.index(name), len(aps))
 
     try:
-        return letters_of(parse(text), atom, len(aps))
+        return letters_of(parse_silently(text), atom, len(aps))
     except LtlSyntaxError as error:
         raise node.fail(f"column {error.column}: {error.message}") from None
     except FileFormatError:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator
+from itertools import chain, islice
 
 from ltlc.errors import LtlSyntaxError
-from ltlc.ltl.grammar import Token
+from ltlc.ltl.dialects import RESERVED, Foreign, foreign_operator, foreign_syntax, prefix_notation
+from ltlc.ltl.grammar import Token, excerpt
 
 
 class LtlSyntaxWarning(UserWarning):
@@ -30,6 +32,7 @@ _BINARY = {
 _WORDS = {
     "until": "U",
     "weakuntil": "W",
+    "stronguntil": "U",
     "unless": "W",
     "release": "R",
     "releases": "R",
@@ -41,12 +44,13 @@ _WORDS = {
     "globally": "G",
     "implies": "->",
     "iff": "<->",
+    "equivalent": "<->",
     "equals": "<->",
     "and": "&",
     "or": "|",
     "not": "!",
+    "never": "G !",
 }
-_WORD = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_."
 _SIGNS = {
     "==": "write <-> for equivalence, or quote a comparison: {quoted}",
     "=": "write <-> for equivalence, or quote a comparison: {quoted}",
@@ -70,42 +74,84 @@ _SIGNS = {
 
 def explain_character(text: str, position: int) -> LtlSyntaxError:
     """The error for a place where no operator, name or bracket starts."""
-    rest = text[position:]
+    foreign = foreign_syntax(text, position)
+    if foreign:
+        return _foreign(text, foreign)
+    rest = text[position : position + _LONGEST_SIGN]
+    if rest.startswith('""'):
+        return error_at("a name has at least one character", text, position, 'write "name"')
     if rest.startswith('"'):
         return error_at("this quote is never closed", text, position, 'end the name with another "')
     number = re.match(r"\d[\w.]*", rest)
     if number:
         hint = f'a name that starts with a digit needs quotes, "{number[0]}"; the constants are 0 and 1'
         return error_at(f"{number[0]!r} is neither a name nor a constant", text, position, hint)
-    if rest.startswith("=") and text[:position].endswith("!"):
+    if not rest[0].isprintable():
+        character = f"U+{ord(rest[0]):04X}"
+        hint = "remove it; a name may hold any character in quotes"
+        return error_at(f"the invisible character {character} is not an operator", text, position, hint)
+    if rest.startswith("=") and text.endswith("!", 0, position):
         rest, position = "!" + rest, position - 1
     sign = next((sign for sign in _SIGNS if rest.startswith(sign)), rest[0])
     hint = _SIGNS.get(sign, "a name with such a character needs quotes: {quoted}")
     return error_at(f"'{sign}' is not an operator", text, position, hint.format(quoted=_quoted(text, position, sign)))
 
 
+_LONGEST_SIGN = 60
+"""characters that are looked at behind and before a sign that is none; a message needs no more."""
+
+
+def check_characters(text: str) -> None:
+    """Raise LtlSyntaxError if there is half a character in the text: no file could hold it."""
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        message = f"the text has half a character, U+{ord(text[error.start]):04X}, here"
+        raise error_at(message, text, error.start, "give the formula as valid UTF-8 text") from None
+
+
+def _foreign(text: str, foreign: Foreign) -> LtlSyntaxError:
+    return error_at(foreign.message, text, foreign.start, foreign.hint)
+
+
 def _quoted(text: str, position: int, sign: str) -> str:
     """The word around a stray sign in quotes, such as "x>=1", or an example of one."""
     end = position + len(sign)
-    before = text[len(text[:position].rstrip(_WORD)) : position]
-    after = text[end : len(text) - len(text[end:].lstrip(_WORD + "=<>+-"))]
+    before = re.findall(r"[\w.]*\Z", text[max(0, position - _LONGEST_SIGN) : position])[0]
+    after = re.findall(r"\A[\w.=<>+-]*", text[end : end + _LONGEST_SIGN])[0]
     return f'"{before}{sign}{after}"' if before or after else f'"x{sign}1"'
 
 
-def explain_token(text: str, tokens: Sequence[Token], index: int) -> LtlSyntaxError:
-    """The error for the token at `index`, or for the end of the text, which does not fit what stands before it."""
-    if not tokens:
-        return error_at(
-            "the formula is empty: expected an operand", text, 0, "the shortest formulas are names and true"
-        )
-    before = tokens[index - 1] if index else None
-    here = tokens[index] if index < len(tokens) else None
+def explain_token(text: str, scan: Callable[[], Iterator[Token]], index: int) -> LtlSyntaxError:
+    """The error for a token that does not fit what stands before it.
+
+    Args:
+        text: the formula.
+        scan: starts to read its tokens.
+        index: of the token that does not fit; the number of tokens if the text ends too early.
+    """
+    tokens = scan()
+    before: Token | None = None
+    opened: list[int] = []
+    for before in islice(tokens, index):
+        if before.kind == "_OPEN":
+            opened.append(before.start)
+        elif before.kind == "_CLOSE":
+            opened.pop()
+    here, after = next(tokens, None), next(tokens, None)
+    if before is None and here is None:
+        hint = "the shortest formulas are names and true"
+        return error_at("the formula is empty: expected an operand", text, 0, hint)
+    foreign = prefix_notation(scan()) or (here and foreign_syntax(text, here.start))
+    if before and here and not foreign:
+        foreign = foreign_operator(before, here, after)
+    if foreign:
+        return _foreign(text, foreign)
     if before is None or before.kind in _PREFIX or before.kind in _BINARY or before.kind == "_OPEN":
         return _no_operand(text, before, here)
-    opened = _unclosed(tokens[:index])
     if here is None:
         hint = "add a closing bracket, or remove this one"
-        return error_at("this bracket is never closed", text, opened[-1].start, hint)
+        return error_at("this bracket is never closed", text, opened[-1], hint)
     if here.kind == "_CLOSE":
         hint = "remove it, or add an opening bracket before"
         return error_at("this bracket closes nothing: expected an operator or the end", text, here.start, hint)
@@ -151,27 +197,18 @@ def _two_operands(text: str, before: Token, here: Token, other: str) -> LtlSynta
             return error_at(message, text, token.start, f"{token} is written {operator}")
     hint = 'put an operator such as & | -> U between two formulas, and quote a name with blanks: "a b"'
     if here.kind == "NAME" and re.match(r"[URWM]\w", here.text):
-        hint = f"if {here.text[0]} is the operator, put a blank after it: {here.text[0]} {here.text[1:]}"
+        hint = f"if {here.text[0]} is the operator, put a blank after it: {here.text[0]} {excerpt(here.text[1:])}"
     elif before.kind == "NAME" and re.search(r"\w[URWM]$", before.text):
-        hint = f"if {before.text[-1]} is the operator, put a blank before it: {before.text[:-1]} {before.text[-1]}"
+        name, operator = excerpt(before.text[:-1]), before.text[-1]
+        hint = f"if {operator} is the operator, put a blank before it: {name} {operator}"
     message = f"'{here}' stands right after '{before}': expected an operator or {other}"
     return error_at(message, text, here.start, hint)
 
 
-def _unclosed(tokens: Sequence[Token]) -> list[Token]:
-    opened: list[Token] = []
-    for token in tokens:
-        if token.kind == "_OPEN":
-            opened.append(token)
-        elif token.kind == "_CLOSE":
-            opened.pop()
-    return opened
-
-
 def error_at(message: str, text: str, position: int, hint: str) -> LtlSyntaxError:
     """The error for a position, counted in characters from 0."""
-    before = text[:position]
-    return LtlSyntaxError(message, text, before.count("\n") + 1, position - before.rfind("\n"), hint)
+    line = text.count("\n", 0, position) + 1
+    return LtlSyntaxError(message, text, line, position - text.rfind("\n", 0, position), hint)
 
 
 def may_be_misread(text: str) -> bool:
@@ -179,46 +216,53 @@ def may_be_misread(text: str) -> bool:
     return _SUSPECT.search(text) is not None
 
 
-# The name t or f, a name like aUb, or an operator glued to a name of two letters.
-_SUSPECT = re.compile(r"[tf](?![\w.])|[a-z]\d*[URWM][a-z]|[XFG][^\W\d][\w.]")
+# A name that others reserve, alone or behind operators; a name like aUb; one like Oa; an operator glued to two letters.
+_SUSPECT = re.compile(
+    rf"(?<![\w.])[XFG]*(?:{'|'.join(RESERVED)})(?![\w.])|[a-z]\d*[URWM][a-z]|(?<![\w.])[XFG]*[OHYZN][^\W\d]"
+    r"|(?<![\w.])[XFG]++[\w.]{2}"
+)
 
 
-def warn_of_misreadings(tokens: Sequence[Token], stacklevel: int) -> None:
-    """Warns where a reading is that of other tools, or a guess, and may surprise a person."""
+def warn_of_misreadings(tokens: Iterable[Token], stacklevel: int) -> None:
+    """Warns where a reading is that of other tools, or is not, and may surprise a person."""
     for message in _misreadings(tokens):
         warnings.warn(message, LtlSyntaxWarning, stacklevel=stacklevel)
 
 
-def _misreadings(tokens: Sequence[Token]) -> Iterator[str]:
-    run = ""  # letters of operators glued to each other, up to here
+def _misreadings(tokens: Iterable[Token]) -> Iterator[str]:
+    names: dict[str, None] = {}
+    glued: dict[tuple[str, str], None] = {}  # runs of operators with the name behind them
+    run: list[str] = []
     end = -1
-    runs: list[tuple[str, str]] = []
-    names: set[str] = set()
     for token in tokens:
-        before, run = run if token.start == end else "", ""
+        if token.start != end:
+            run.clear()
         end = token.end
         if token.kind in _PREFIX and token.text in ("X", "F", "G"):
-            run = before + token.text
+            run.append(token.text)
         elif token.kind == "NAME":
-            yield from _odd_name(token.text)
-            if before:
-                runs.append((before, token.text))
+            if run:
+                glued[excerpt("".join(run)), token.text] = None
             else:
-                names.add(token.text)
-    for run, name in runs:
+                names[token.text] = None
+            run.clear()
+        else:
+            run.clear()
+    for name in dict.fromkeys(chain(names, (name for _, name in glued))):
+        yield from _odd_name(name, names)
+    for letters, name in glued:
         # Fa and GFx1 are how formulas are written; Goal is how things are called, unless oal is a name as well.
         if len(name.rstrip("0123456789")) > 1 and name not in names:
-            spaced = " ".join([*run, name])
-            yield f'{run}{name} is read as {spaced}; write that, or "{run}{name}" in quotes for one proposition'
+            word, spaced = letters + excerpt(name), " ".join([*letters, excerpt(name)])
+            yield f'{word} is read as {spaced}; write that, or "{word}" in quotes for one proposition'
 
 
-def _odd_name(name: str) -> Iterator[str]:
-    if name in ("t", "f"):
-        constant = "true" if name == "t" else "false"
-        yield (
-            f"{name} is read as a proposition, because its neighbor in the alphabet is one; "
-            f'write {constant}, or "{name}" in quotes'
-        )
+def _odd_name(name: str, names: Container[str]) -> Iterator[str]:
+    if name in RESERVED:
+        yield f'{name} is read as a proposition; {RESERVED[name]}; write "{name}" in quotes to say that a name is meant'
     elif re.fullmatch(r"[a-z]\d*[URWM][a-z]\d*", name):
         spaced = re.sub(r"([URWM])", r" \1 ", name)
-        yield f'{name} is read as one proposition; write {spaced}, or "{name}" in quotes'
+        yield f'{excerpt(name)} is read as one proposition; write {excerpt(spaced)}, or "{excerpt(name)}" in quotes'
+    elif name[0] in "OHYZN" and name[1:] in names:
+        what = RESERVED[name[0]].replace(" read", f" read {name[0]} before {excerpt(name[1:])} as", 1)
+        yield f'{excerpt(name)} is read as one proposition; {what}; write "{excerpt(name)}" in quotes'

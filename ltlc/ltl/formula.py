@@ -1,8 +1,9 @@
 """LTL formulas as immutable, hash-consed nodes.
 
 Two formulas built the same way are the same object, so `is`, `==` and dictionary look-up cost O(1). `And` and `Or`
-are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; nothing else is simplified here. What is asked of
-formulas over and over is worked out once, when the node is made.
+are n-ary and flatten themselves: `And(a, And(b, c)) is And(a, b, c)`; `!!a` is `a`, `F F a` is `F a`, and `G G a` is
+`G a`, so that runs of these operators cost nothing. Nothing else is simplified here. What is asked of formulas over and
+over is worked out once, when the node is made.
 """
 
 from __future__ import annotations
@@ -216,10 +217,15 @@ class _Binary(Formula):
 
 
 class Not(_Unary):
-    """Negation."""
+    """Negation; of a negation it is the formula that was negated, whatever its type."""
 
     __slots__ = ()
     symbol = "!"
+
+    def __new__(cls, operand: Formula) -> Self:
+        # Not of that class if the operand is a negation, but callers of Not need no more than a Formula.
+        node: Any = operand.args[0] if type(operand) is cls else _operator(cls, (operand,))
+        return node  # type: ignore[no-any-return]
 
 
 class Next(_Unary):
@@ -238,6 +244,9 @@ class Eventually(_Unary):
     _flags_of_all = UNIVERSAL | NORMAL
     _own_flags = EVENTUAL
 
+    def __new__(cls, operand: Formula) -> Self:
+        return operand if type(operand) is cls else super().__new__(cls, operand)
+
 
 class Always(_Unary):
     """G f: f holds now and for ever."""
@@ -246,6 +255,9 @@ class Always(_Unary):
     symbol = "G"
     _flags_of_all = EVENTUAL | NORMAL
     _own_flags = UNIVERSAL
+
+    def __new__(cls, operand: Formula) -> Self:
+        return operand if type(operand) is cls else super().__new__(cls, operand)
 
 
 class And(Formula):

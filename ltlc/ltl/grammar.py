@@ -12,7 +12,8 @@ References:
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from typing import Any, NamedTuple
 
 END = "$END"
@@ -33,7 +34,15 @@ class Token(NamedTuple):
     """...the first position behind it, in characters from 0."""
 
     def __str__(self) -> str:
-        return self.text
+        return excerpt(self.text)
+
+
+def excerpt(text: str) -> str:
+    """The text, shortened in the middle for a message if it is long."""
+    return text if len(text) <= _EXCERPT else f"{text[: _EXCERPT // 2]}...{text[-_EXCERPT // 4 :]}"
+
+
+_EXCERPT = 60
 
 
 class Misfit(Exception):
@@ -89,20 +98,24 @@ class Grammar:
             }
         self._known: dict[tuple[int, str, str], int] = {}
 
-    def scan(self, text: str) -> list[re.Match[str]]:
-        """The tokens as matches whose `lastgroup` is their kind."""
-        return [match for match in self._pattern.finditer(text) if match.lastgroup]
+    def scan(self, text: str) -> Iterator[Token]:
+        """The tokens, one after the other: a long text has more of them than memory should hold."""
+        for match in self._pattern.finditer(text):
+            if match.lastgroup:
+                yield Token(match.lastgroup, match[0], *match.span())
 
-    def parse(self, kinds: Sequence[str], texts: Sequence[str]) -> Any:
-        """The value of a sequence of tokens.
+    def parse(self, text: str) -> Any:
+        """The value of a text.
 
         Raises:
-            Misfit: it is none that the grammar allows.
+            Misfit: its tokens are no sequence that the grammar allows.
         """
         actions = self._actions
         states = [self._first_state]
         values: list[Any] = []
-        for index, kind in enumerate((*kinds, END)):
+        matches = self._pattern.finditer(text)
+        tokens = ((match.lastgroup, match[0]) for match in matches if match.lastgroup)
+        for index, (kind, word) in enumerate(chain(tokens, [(END, "")])):
             while True:
                 action = actions[states[-1]].get(kind)
                 if action is None:
@@ -119,7 +132,7 @@ class Grammar:
                 if states[-1] == self._last_state:
                     return values[0]
             states.append(action)
-            values.append(texts[index])
+            values.append(word)
         raise AssertionError("the last token ends the formula or does not fit")
 
     def _state_after(self, before: int, result: str, kind: str) -> int:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
-from ltlc.ltl.diagnosis import error_at, explain_character, explain_token, may_be_misread, warn_of_misreadings
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl.diagnosis import check_characters, explain_character, explain_token, may_be_misread, warn_of_misreadings
 from ltlc.ltl.formula import (
     FALSE,
     TRUE,
@@ -28,7 +29,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
     Xor,
 )
-from ltlc.ltl.grammar import UNKNOWN, Grammar, Misfit, Token
+from ltlc.ltl.grammar import UNKNOWN, Grammar, Misfit
 
 
 def parse(text: str) -> Formula:
@@ -41,51 +42,37 @@ def parse(text: str) -> Formula:
 
     Raises:
         LtlSyntaxError: it is not a formula; says where, what was expected there and what may be meant.
+        InvalidArgumentError: it is not even a text.
 
     Warns:
-        LtlSyntaxWarning: what looks like a name was read as operators, as in `Goal`, which is `G oal`.
+        LtlSyntaxWarning: what looks like a name was read as operators, as in `Goal`, which is `G oal`; or a name was
+            read that other tools reserve, such as `t`.
     """
-    formula, tokens = parse_tokens(text, _decide_letters)
+    formula = parse_silently(text)
     if may_be_misread(text):
-        warn_of_misreadings(tokens(), stacklevel=3)
+        warn_of_misreadings(_grammar().scan(text), stacklevel=3)
     return formula
 
 
-def parse_tokens(
-    text: str, decide: Callable[[list[str], Sequence[str]], None] = lambda kinds, texts: None
-) -> tuple[Formula, Callable[[], list[Token]]]:
-    """The formula and the tokens it was read from, after `decide(kinds, texts)` has changed what kinds they are.
+def parse_silently(text: str) -> Formula:
+    """`parse` without warnings, for text that is not the user's.
 
     Raises:
         LtlSyntaxError: it is not a formula.
+        InvalidArgumentError: it is not even a text.
     """
+    if not isinstance(text, str):
+        raise InvalidArgumentError(f"a formula is given as a string, not as {type(text).__name__}")
+    check_characters(text)
     grammar = _grammar()
-    matches = grammar.scan(text)
-    kinds = [match.lastgroup or "" for match in matches]
-    texts = [match[0] for match in matches]
-
-    def tokens() -> list[Token]:
-        return [Token(kind, match[0], *match.span()) for kind, match in zip(kinds, matches, strict=True)]
-
-    if UNKNOWN in kinds:
-        raise explain_character(text, matches[kinds.index(UNKNOWN)].start())
-    if '""' in texts:
-        raise error_at("a name has at least one character", text, matches[texts.index('""')].start(), 'write "name"')
-    decide(kinds, texts)
     try:
-        formula: Formula = grammar.parse(kinds, texts)
+        formula: Formula = grammar.parse(text)
     except Misfit as misfit:
-        raise explain_token(text, tokens(), misfit.index) from None
-    return formula, tokens
-
-
-def _decide_letters(kinds: list[str], texts: Sequence[str]) -> None:
-    """The letters t and f mean true and false, unless a neighbor in the alphabet is a proposition too."""
-    for letter, constant, neighbors in (("t", "_TRUE", ("s", "u")), ("f", "_FALSE", ("e", "g"))):
-        if letter in texts and not any(neighbor in texts for neighbor in neighbors):
-            for i, text in enumerate(texts):
-                if text == letter:
-                    kinds[i] = constant
+        unknown = next((token for token in grammar.scan(text) if token.kind == UNKNOWN), None)
+        if unknown is not None:
+            raise explain_character(text, unknown.start) from None
+        raise explain_token(text, lambda: grammar.scan(text), misfit.index) from None
+    return formula
 
 
 def read_formulas(source: str | Iterable[str]) -> Iterator[tuple[int, str]]:
@@ -106,7 +93,7 @@ def read_formulas(source: str | Iterable[str]) -> Iterator[tuple[int, str]]:
             yield number, formula
 
 
-_COMMENT = re.compile(r'(?P<quoted>"(?:[^"\\]|\\.)*")|(?:#|//).*', re.DOTALL)
+_COMMENT = re.compile(r'(?P<quoted>"(?:[^"\\]++|\\.)*+")|(?:#|//).*', re.DOTALL)
 
 
 @cache

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, Literal, Protocol, Self
 
 from ltlc.errors import InvalidArgumentError
+from ltlc.ltl.dialects import RESERVED
 
 
 class Node(Protocol):
@@ -70,8 +71,10 @@ _INFIX: dict[str, str] = {
     "M": " M ",
 }
 
-# Names that the parser reads as one proposition wherever they stand; the second kind is also safe in Spot.
-_RESERVED = r"(?!(?:t|f|[URWMV]|(?i:true|false)|and|or|xor|not|AND|OR|XOR|NOT)\Z)(?![XFG](?!\d))"
+# Names that the parser reads as one proposition wherever they stand, without a warning. The second kind is also safe in
+# Spot.
+_OPERATORS = "[URWM]|(?i:true|false)|tt|ff|and|or|xor|not|AND|OR|XOR|NOT"
+_RESERVED = rf"(?!(?:{_OPERATORS}|{'|'.join(RESERVED)})\Z)(?![XFG](?!\d))"
 _BARE = re.compile(_RESERVED + r"[^\W\d][\w.]*")
 _BARE_IN_SPOT = re.compile(_RESERVED + r"[A-Za-z_][A-Za-z0-9_.]*")
 _BARE_IN_PRISM = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")

@@ -5,34 +5,39 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from ltlc.errors import LtlSyntaxError
+from ltlc.errors import InvalidArgumentError, LtlSyntaxError
 from ltlc.ltl.diagnosis import error_at
 from ltlc.ltl.formula import And, Constant, Formula, Not, Proposition
-from ltlc.ltl.parser import parse_tokens
+from ltlc.ltl.grammar import excerpt
+from ltlc.ltl.parser import parse_silently
 from ltlc.ltl.semantics import LassoWord, Letter
 
-_PIECE = re.compile(r'(?P<mark>cycle\s*\{|[;{}])|(?:"(?:[^"\\]|\\.)*"|(?!cycle\s*\{)[^;{}])+', re.DOTALL)
+_PIECE = re.compile(r'(?P<mark>cycle\s*\{|[;{}])|(?:"(?:[^"\\]++|\\.)*+"|(?!cycle\s*\{)[^;{}])++', re.DOTALL)
 _FORM = "a word reads: a; b & !c; cycle{d; !d}"
+_EMPTY = "write 1 for a letter in which nothing holds: cycle{1}"
 
 
 def parse_word(text: str) -> LassoWord:
     """Reads a lasso word: letters with `;` between them, at the end those of the cycle in `cycle{...}`.
 
     A letter is a conjunction of literals. Propositions that it does not mention are false; `1` or `true` mentions none.
-    In words, t and f are propositions like any other.
-
     >>> parse_word("a; b; cycle{!a}")
     LassoWord(prefix=(frozenset({'a'}), frozenset({'b'})), cycle=(frozenset(),))
 
     Raises:
         LtlSyntaxError: it is not a word, or a letter is more than a conjunction of literals or contradicts itself.
+        InvalidArgumentError: it is not even a text.
     """
+    if not isinstance(text, str):
+        raise InvalidArgumentError(f"a word is given as a string, not as {type(text).__name__}")
     prefix: list[Letter] = []
     cycle: list[Letter] = []
     letters = prefix
-    pieces = [match for match in _PIECE.finditer(text) if match[0].strip()]
     state = "letter"  # what comes next: a letter, a separator after one, or nothing more
-    for match in pieces:
+    for match in _PIECE.finditer(text):
+        piece = match[0].strip()
+        if not piece:
+            continue
         mark = (match["mark"] or "")[:1]
         position = match.start() + len(match[0]) - len(match[0].lstrip())
         if state == "letter" and not mark:
@@ -44,16 +49,28 @@ def parse_word(text: str) -> LassoWord:
             state = "letter"
         elif state == "separator" and mark == "}" and letters is cycle:
             state = "end"
+        elif state == "letter" and mark in (";", "}"):
+            raise error_at(f"a letter is missing before '{piece}'", text, position, _EMPTY)
+        elif state == "letter" and mark == "{":
+            raise error_at(
+                "a letter is not a set in brackets", text, position, "join propositions by &: a & b; 1 mentions none"
+            )
+        elif state == "separator" and mark == "c":
+            raise error_at(f"'{piece}' stands right after a letter", text, position, "put a ; before it: a; cycle{b}")
+        elif state == "end":
+            raise error_at(f"'{excerpt(piece)}' stands behind the cycle, which never ends", text, position, _FORM)
         else:
-            raise error_at(f"unexpected '{match[0].strip()}'", text, position, _FORM)
+            raise error_at(f"unexpected '{piece}'", text, position, _FORM)
+    if not cycle:
+        raise error_at("the word ends too early: its cycle is missing", text, len(text), _FORM)
     if state != "end":
-        raise error_at("the word ends too early", text, len(text), _FORM)
+        raise error_at("the cycle is never closed", text, len(text), "end it with }")
     return LassoWord(prefix, cycle)
 
 
 def _letter(text: str, start: int, end: int) -> Letter:
     try:
-        formula, _ = parse_tokens(text[start:end])
+        formula = parse_silently(text[start:end])
     except LtlSyntaxError as error:
         lines = text[start:end].split("\n")[: error.line - 1]
         position = start + sum(len(line) + 1 for line in lines) + error.column - 1
