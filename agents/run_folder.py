@@ -32,7 +32,7 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.mdp.verdict import Judge
-from ltlc.rewards import RECOMMENDED, OnDeadlock, get_scheme
+from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
@@ -67,6 +67,7 @@ class RunConfig:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """of the reward scheme, `shaping` included; the others have their defaults."""
     on_deadlock: OnDeadlock | None = None
+    on_termination: OnTermination = "repeat"
     num_envs: int = 64
     """environments stepped together."""
     agent: str = DOUBLE_DQN
@@ -81,7 +82,8 @@ class RunConfig:
             UnknownNameError: there is no such scheme or parameter.
             InvalidArgumentError: a parameter is out of range, or does not fit the automaton.
         """
-        return Task(automaton, get_scheme(self.reward, **self.parameters), on_deadlock=self.on_deadlock)
+        scheme = get_scheme(self.reward, **self.parameters)
+        return Task(automaton, scheme, on_deadlock=self.on_deadlock, on_termination=self.on_termination)
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
@@ -92,6 +94,7 @@ class RunConfig:
             "reward": self.reward,
             "parameters": dict(self.parameters),
             "on_deadlock": self.on_deadlock,
+            "on_termination": self.on_termination,
             "num_envs": self.num_envs,
             "agent": self.agent,
             "hyperparameters": self.hyperparameters.to_dict(),
@@ -107,7 +110,9 @@ class RunConfig:
         """
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "num_envs": int, "agent": str}
+        kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "on_termination": str, "num_envs": int,
+                 "agent": str}  # fmt: skip
+        values = {"on_termination": "cut", **values}  # what runs did that do not say
         fields = {key: values[key] for key in kinds}
         for key, kind in kinds.items():
             if not isinstance(fields[key], kind):

@@ -222,18 +222,21 @@ def _targets(
     """What `fit` repeats in each sweep.
 
     Returns:
-        Mean rewards, shape (n_actions, n_observations, n_learned); mean weights of what follows, a matrix from these
-        entries to (observation, learned state); and the position of each state among those learned.
+        Mean rewards, what the end of the environment is worth included, shape (n_actions, n_observations, n_learned);
+        mean weights of what follows, a matrix from these entries to (observation, learned state); and the position of
+        each state among those learned.
     """
     k = len(learned)
     position = np.zeros(tables.n_states, dtype=np.int64)
     position[learned] = np.arange(k)
     here, letter_class = learned[None, :], outcomes.letter_class[:, None]
     source = outcomes.pair[:, None] * k + np.arange(k)
-    paid = outcomes.weight[:, None] * (tables.expected_reward[here, letter_class] + outcomes.paid[:, None])
+    over = outcomes.terminated[:, None]
+    goes_on = tables.expected_discount[here, letter_class]
+    final = np.where(over, goes_on * tables.final_value[here, letter_class], 0.0)
+    paid = outcomes.weight[:, None] * (tables.expected_reward[here, letter_class] + final + outcomes.paid[:, None])
     reward = _sums(source.ravel(), paid.ravel(), math.prod(shape)).reshape(shape)
-    weight = outcomes.weight[:, None] * tables.expected_discount[here, letter_class]
-    weight *= ~outcomes.terminated[:, None]
+    weight = outcomes.weight[:, None] * goes_on * ~over
     target = outcomes.following[:, None] * k + position[tables.next_state[here, letter_class]]
     used = weight > 0
     entries = (weight[used], (source[used], target[used]))

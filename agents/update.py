@@ -29,6 +29,8 @@ class TensorTables:
     """shape (n_states, n_classes), float32; mean over whether the episode stops."""
     discount: Tensor
     """shape (n_states, n_classes), float32; mean weight of what follows, over whether the episode stops."""
+    final_value: Tensor
+    """shape (n_states, n_classes), float32; of all that follows a step with which the environment ends the episode."""
     learned: Tensor
     """shape (n_learned,), int64; the table states that an episode can be in, in order."""
     options: Tensor
@@ -52,6 +54,7 @@ class TensorTables:
             next_state=tensor(tables.next_state, torch.int64),
             reward=tensor(tables.expected_reward / scale, torch.float32),
             discount=tensor(tables.expected_discount, torch.float32),
+            final_value=tensor(tables.final_value / scale, torch.float32),
             learned=tensor(learned, torch.int64),
             options=tensor(options.clip(0), torch.int64),
             allowed=tensor(options >= 0, torch.bool),
@@ -120,8 +123,9 @@ def policy_values(target: Tensor, online: Tensor, double: bool) -> Tensor:
 class TDLoss:
     """The loss 1/(2m) sum (y - Q(s, q, a))^2 + C ||weights||^2 of a batch (thesis, algorithm 1, lines 14-22).
 
-    The target y is r + g V(s', q') where the reward r, the weight g of what follows (0 where the episode ends) and the
-    next state q' are looked up by (q, letter class). Counterfactually, each of the m / k environment steps is taken in
+    The target y is r + g V(s', q') where the reward r, the weight g of what follows (0 where the task ends the episode)
+    and the next state q' are looked up by (q, letter class); so is V where the environment ends it. Counterfactually,
+    each of the m / k environment steps is taken in
     all k reachable automaton states q at once.
 
     Args:
@@ -172,12 +176,13 @@ class TDLoss:
         """
         states, classes = self._states(steps), steps.letter_class[:, None]
         reward = self.tables.reward[states, classes] + steps.base_reward[:, None] / self.tables.scale
-        weight = self.tables.discount[states, classes] * (~steps.terminated[:, None])
+        weight = self.tables.discount[states, classes]
         next_states = self.tables.next_state[states, classes]
         training = q_network.training
         q_network.eval()
         following = self._next_values(q_network, target_network, steps.next_observation, next_states, online)
         q_network.train(training)
+        following = torch.where(steps.terminated[:, None], self.tables.final_value[states, classes], following)
         target: Tensor = reward + weight * following
         return target
 

@@ -17,7 +17,7 @@ from ltlc.ltl import Formula
 from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
 from ltlc.mdp.unfolding import InitialLabel
 from ltlc.mdp.verdict import Judge
-from ltlc.rewards import OnDeadlock, RewardScheme, get_scheme
+from ltlc.rewards import OnDeadlock, OnTermination, RewardScheme, get_scheme
 
 FAITHFUL_GAP = 1e-5
 """a policy that misses Pmax by no more counts as one that attains it: solvers and limits leave that much open."""
@@ -31,9 +31,16 @@ class Candidate:
     scheme: RewardScheme
     on_deadlock: OnDeadlock | None = None
     """None: what the scheme says."""
+    on_termination: OnTermination = "repeat"
 
     @classmethod
-    def of(cls, scheme: str, on_deadlock: OnDeadlock | None = None, **parameters: Any) -> Candidate:
+    def of(
+        cls,
+        scheme: str,
+        on_deadlock: OnDeadlock | None = None,
+        on_termination: OnTermination = "repeat",
+        **parameters: Any,
+    ) -> Candidate:
         """A scheme by name; the candidate is called after what differs from its defaults.
 
         Raises:
@@ -42,7 +49,8 @@ class Candidate:
         """
         shown = [f"{key}={value}" for key, value in parameters.items()]
         shown += [] if on_deadlock is None else [f"deadlock={on_deadlock}"]
-        return cls(" ".join([scheme, *shown]), get_scheme(scheme, **parameters), on_deadlock)
+        shown += [] if on_termination == "repeat" else [f"termination={on_termination}"]
+        return cls(" ".join([scheme, *shown]), get_scheme(scheme, **parameters), on_deadlock, on_termination)
 
 
 @dataclass(frozen=True)
@@ -85,22 +93,28 @@ class FaithfulnessReport:
         return {"formula": self.formula, "maximum_satisfaction": [self.lower, self.maximum, self.upper], "rows": rows}
 
 
-def default_candidates() -> tuple[Candidate, ...]:
+def default_candidates(
+    on_deadlock: OnDeadlock | None = None, on_termination: OnTermination = "repeat"
+) -> tuple[Candidate, ...]:
     """The schemes with the parameters of their papers, and those with a limit also nearer to it."""
+
+    def candidate(scheme: str, **parameters: Any) -> Candidate:
+        return Candidate.of(scheme, on_deadlock, on_termination, **parameters)
+
     return (
-        Candidate.of("thesis"),
-        Candidate.of("thesis-code"),
-        Candidate.of("accept"),
-        Candidate.of("sadigh"),
-        Candidate.of("sadigh", gamma=0.9999),
-        Candidate.of("frontier"),
-        Candidate.of("zeta-reach"),
-        Candidate.of("zeta-discount"),
-        Candidate.of("two-discount"),
-        Candidate.of("eventual"),
-        Candidate.of("parity"),
-        Candidate.of("parity", epsilon=0.001),
-        Candidate.of("parity", mode="terminate"),
+        candidate("thesis"),
+        candidate("thesis-code"),
+        candidate("accept"),
+        candidate("sadigh"),
+        candidate("sadigh", gamma=0.9999),
+        candidate("frontier"),
+        candidate("zeta-reach"),
+        candidate("zeta-discount"),
+        candidate("two-discount"),
+        candidate("eventual"),
+        candidate("parity"),
+        candidate("parity", epsilon=0.001),
+        candidate("parity", mode="terminate"),
     )
 
 
@@ -144,7 +158,7 @@ def _row(
     objective = satisfaction = gap = None
     problem = None
     try:
-        tables = scheme.compile(automaton, candidate.on_deadlock)
+        tables = scheme.compile(automaton, candidate.on_deadlock, candidate.on_termination)
     except InvalidArgumentError as error:
         problem = str(error)
     else:

@@ -12,7 +12,7 @@ from ltlc.automata.rabin import Acceptance
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning
 from ltlc.ltl import Formula
-from ltlc.rewards import RECOMMENDED, OnDeadlock, RewardScheme, RewardTables, get_scheme
+from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, RewardScheme, RewardTables, get_scheme
 
 
 class Task:
@@ -30,6 +30,8 @@ class Task:
         reward: a scheme, or its name in `ltlc.rewards.SCHEMES`; by default `ltlc.rewards.RECOMMENDED`.
         shaping: potential of an accepting cycle for shaping by distance to acceptance, if `reward` is a name; 0: none.
         on_deadlock: what follows a violation: "stay", "initial" or "terminate"; by default what the scheme says.
+        on_termination: what follows where the environment ends the episode: "repeat" (the last letter for ever, and the
+            last step is paid what that is worth) or "cut" (nothing); see `RewardScheme.compile`.
         hold: a proposition on which the automaton stands still, for environments whose sensors sometimes say nothing
             (the thesis code; such a letter repeats the state instead of being read); None for none.
         acceptance: see `ltlc.compile`; without effect for an automaton.
@@ -57,6 +59,7 @@ class Task:
         *,
         shaping: float = 0.0,
         on_deadlock: OnDeadlock | None = None,
+        on_termination: OnTermination = "repeat",
         hold: str | None = None,
         acceptance: Acceptance = "state",
         translator: str = "auto",
@@ -71,7 +74,7 @@ class Task:
         self.scheme = get_scheme(reward, shaping=shaping) if isinstance(reward, str) else reward
         if not self.scheme.has_guarantee:
             warnings.warn(RewardWarning(_no_guarantee(self.scheme)), stacklevel=2)
-        self.tables: RewardTables = self.scheme.compile(self.automaton, on_deadlock)
+        self.tables: RewardTables = self.scheme.compile(self.automaton, on_deadlock, on_termination)
 
     @property
     def formula(self) -> str | None:

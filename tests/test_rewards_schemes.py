@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import itertools
 import pickle
-from dataclasses import replace
+import random
+from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from random_ltl import random_formula
 from rewards_reference import buchi_automaton, random_automaton, thesis_step
 
+import ltlc
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.compare import equivalent
 from ltlc.errors import InvalidArgumentError, UnknownNameError
@@ -70,12 +74,37 @@ def test_thesis_code_pays_for_the_goal_and_starts_over_after_a_deadlock() -> Non
     assert scheme.compile(until()).next_state[0, 2] == 0
 
 
-def test_fin_marks_that_cannot_matter_are_dropped_from_own_automata_only() -> None:
-    delta = [[0, 1], [1, 1]]
-    foreign = RabinAutomaton(("a",), delta, [0, 1], [[True, False]], [[False, True]])
-    own = RabinAutomaton(("a",), delta, [0, 1], [[True, False]], [[False, True]], translator="test")
-    assert get_scheme("thesis").compile(foreign).reward[0, 0] == -10
-    assert get_scheme("thesis").compile(own).reward[0, 0] == -1
+@pytest.mark.parametrize("name", sorted(SCHEMES))
+def test_rewards_do_not_ask_where_an_automaton_came_from(name: str, tmp_path: Path) -> None:
+    """The same automaton translated, read from JSON, read from HOA and written down by hand (W4)."""
+    for formula in ("F(a & F b) & G !c & FG d", "FG a | GF b & X X c", "a U (b & FG c)"):
+        dra = ltlc.compile(formula)
+        tables = get_scheme(name).compile(dra)
+        others = [replace(dra, translator=None, formula=None), replace(dra, translator="another tool")]
+        for suffix in ("json", "hoa"):
+            dra.save(tmp_path / f"dra.{suffix}")
+            others.append(ltlc.load(tmp_path / f"dra.{suffix}"))
+        for other in others:
+            again = get_scheme(name).compile(other)
+            for field in fields(tables):
+                assert np.array_equal(getattr(tables, field.name), getattr(again, field.name)), (formula, field.name)
+
+
+def test_translated_automata_have_no_fin_marks_where_their_pair_cannot_accept() -> None:
+    """So the thesis' rewards do not depend on how a construction marks transient states."""
+    rng = random.Random(2)
+    for _ in range(150):
+        dra = ltlc.compile(random_formula(rng, rng.randint(3, 12)))
+        component = np.array(dra.annotations.scc)
+        relevant = relevant_marks(dra)[0]
+        inside = component[:, None] == component[dra.delta]
+        assert not (dra.edge_fin & ~relevant & inside).any(), dra.formula
+
+
+def test_thesis_pays_for_the_marks_there_are() -> None:
+    """A Fin mark where the pair cannot accept is paid like any other, as ltl2dstar's are in the thesis."""
+    transient = RabinAutomaton(("a",), [[0, 1], [1, 1]], [0, 1], [[True, False]], [[False, True]])
+    assert get_scheme("thesis").compile(transient).reward[0, 0] == -10
 
 
 @pytest.mark.parametrize("name", BUCHI_SCHEMES)

@@ -80,6 +80,7 @@ class EmpiricalModel:
             label_probability=sparse.csr_array(self._label_probability()),
             initial_state=int(self.start.argmax()),
             initial_distribution=self.start,
+            terminal=self.terminal,
         )
 
     def known(self, accuracy: float, delta: float) -> BoolArray:

@@ -55,7 +55,7 @@ class _QLearner:
         self.experience, self.config, self.generator = experience, config, generator
         tables = experience.tables
         self.reward, self.discount = tables.expected_reward, tables.expected_discount
-        self.next_state = tables.next_state
+        self.next_state, self.final_value = tables.next_state, tables.final_value
         self.first = experience.state, experience.table_state
         self.learned_states = reachable_states(tables)
         n_tables = 2 if config.double else 1
@@ -107,8 +107,10 @@ class _QLearner:
         q_out = self.next_state[q_in, letter]
         after = batch.next_state[:, None]
         best = self.q[own][batch.next_state].argmax(axis=1)[np.arange(len(after))[:, None], q_out]
-        weight = self.discount[q_in, letter] * ~batch.terminated[:, None]
-        target = self.reward[q_in, letter] + weight * self.q[other][after, best, q_out]
+        following = np.where(
+            batch.terminated[:, None], self.final_value[q_in, letter], self.q[other][after, best, q_out]
+        )
+        target = self.reward[q_in, letter] + self.discount[q_in, letter] * following
         index = np.broadcast_to(batch.state[:, None], target.shape), batch.action[:, None], q_in
         flat = np.ravel_multi_index(np.broadcast_arrays(*index), self.q[own].shape).ravel()
         place, where, count = np.unique(flat, return_inverse=True, return_counts=True)

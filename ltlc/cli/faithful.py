@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -33,6 +33,7 @@ def faithful(
         ),
     ] = None,
     on_deadlock: setting.OnDeadlock = None,
+    on_termination: setting.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -54,9 +55,10 @@ def faithful(
       ltlc faithful "!C U (A & (!C U B))" --env ltlc/Thesis10x10-v0
       ltlc faithful "!C U A" -e ltlc/Thesis10x10-v0 -r eventual -r two-discount,gamma=0.999 -o bars.png
     """
-    from ltlc.faithful import faithfulness
+    from ltlc.faithful import default_candidates, faithfulness
 
-    candidates = None if not reward else [_candidate(text, on_deadlock) for text in reward]
+    given = [_candidate(text, on_deadlock, on_termination) for text in reward or ()]
+    candidates = given or default_candidates(on_deadlock, on_termination)
     automaton = setting.automaton_of(formula, acceptance, translator)
     place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
     if place.model is None:
@@ -76,11 +78,11 @@ def faithful(
         print(f"The picture is in {output}.")
 
 
-def _candidate(text: str, on_deadlock: str | None) -> Candidate:
+def _candidate(text: str, on_deadlock: Any, on_termination: Any) -> Candidate:
     from ltlc.faithful import Candidate
 
     name, *parameters = text.split(",")
-    return Candidate.of(name, on_deadlock, **setting.assignments(parameters, "--reward"))  # type: ignore[arg-type]
+    return Candidate.of(name, on_deadlock, on_termination, **setting.assignments(parameters, "--reward"))
 
 
 def _print(report: FaithfulnessReport, env: str) -> None:

@@ -63,6 +63,10 @@ OnDeadlock = Annotated[
     Literal["stay", "initial", "terminate"] | None,
     typer.Option("--on-deadlock", help="What follows a violation.", show_default="what the scheme says"),
 ]
+OnTermination = Annotated[
+    Literal["repeat", "cut"],
+    typer.Option("--on-termination", help="Where the environment ends: its last letter for ever, or nothing."),
+]
 
 
 def assignments(texts: Sequence[str] | None, option: str) -> dict[str, Any]:

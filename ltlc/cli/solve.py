@@ -34,6 +34,7 @@ def solve(
         float | None, typer.Option("--gamma", metavar="X", help="Short for --set gamma=X.", show_default="the scheme's")
     ] = None,
     on_deadlock: setting.OnDeadlock = None,
+    on_termination: setting.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -69,7 +70,8 @@ def solve(
     parameters = setting.assignments(set_, "--set") | ({} if gamma is None else {"gamma": gamma})
     reward = reward or RECOMMENDED
     scheme = get_scheme(reward, **parameters)
-    task = Task(setting.automaton_of(formula, acceptance, translator), scheme, on_deadlock=on_deadlock)
+    automaton = setting.automaton_of(formula, acceptance, translator)
+    task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
     place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
     if place.model is None:
         raise InvalidArgumentError(

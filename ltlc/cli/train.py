@@ -34,6 +34,7 @@ def train(
     reward: setting.Reward = None,
     set_: setting.Parameters = None,
     on_deadlock: setting.OnDeadlock = None,
+    on_termination: setting.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     agent: Annotated[str, typer.Option("--agent", metavar="NAME", help="What learns: a name from 'ltlc agents'.")] = (
@@ -109,6 +110,7 @@ def train(
             reward=reward or ("thesis" if config == "thesis" else RECOMMENDED),
             parameters=setting.assignments(set_, "--set"),
             on_deadlock=on_deadlock,
+            on_termination=on_termination,
             num_envs=num_envs,
             agent=agent,
             hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),

@@ -169,7 +169,7 @@ class LTLVectorWrapper(_VectorWrapper):
             )
         letters = self.labeller.letters(observations, infos, self.num_envs)
         base_terminated = terminated.copy()
-        ltl, stops = self._read(letters, begun)
+        ltl, stops = self._read(letters, begun, terminated)
         if stops is not None:
             inner = terminated | truncated
             self._schedule(stops & ~inner)
@@ -203,8 +203,13 @@ class LTLVectorWrapper(_VectorWrapper):
             ltl["action_mask"] = self.action_masks()
         return ltl
 
-    def _read(self, letters: IntArray, begun: BoolArray | None = None) -> tuple[dict[str, Any], BoolArray | None]:
-        """One letter for all automata, the first one where an episode has begun: infos, and which episodes end."""
+    def _read(
+        self, letters: IntArray, begun: BoolArray | None = None, terminated: BoolArray | None = None
+    ) -> tuple[dict[str, Any], BoolArray | None]:
+        """One letter for all automata, the first one where an episode has begun: infos, and which episodes end.
+
+        `terminated` says where the environment ended its episode.
+        """
         tables = self._tables
         classes = tables.letter_class.take(letters)
         state = self._state if begun is None else np.where(begun, tables.before_episode, self._state)
@@ -222,6 +227,9 @@ class LTLVectorWrapper(_VectorWrapper):
                     stops[drawn] = self._chances.draw(drawn) < chance[drawn]
             if tables.stop_pays:
                 reward += np.where(stops, tables.stop_reward.take(index), 0.0)
+        if terminated is not None and terminated.any():
+            over = terminated if stops is None else terminated & ~stops
+            reward += np.where(over, tables.final.take(index), 0.0)
         ltl = {
             "state": self._state.copy(),
             "label": letters,
@@ -288,7 +296,7 @@ class LTLVectorWrapper(_VectorWrapper):
             letters[chosen] = self.labeller.letters(last, select(infos["final_info"], chosen), len(chosen))
         else:
             letters = self.labeller.letters(observations, infos, self.num_envs)
-        ltl, stops = self._read(letters)
+        ltl, stops = self._read(letters, terminated=terminated)
         rewards = self._rewards(ltl, base_rewards)
         ltl["valid"] = self._everywhere.copy()
         ltl["base_terminated"] = terminated.copy()
@@ -348,6 +356,7 @@ class _FlatTables:
         self.accepted = _flat(tables.accepted, False if skip else tables.accepted[first])
         self.progress = tables.progress
         self.stop_reward = _flat(tables.stop_reward, 0.0)
+        self.final = _flat(tables.discount * tables.final_value, 0.0)
         self.surely = _flat(tables.terminal, False)
         chance = _flat(np.where(tables.terminal, 0.0, tables.stop), 0.0)
         self.by_chance = chance if chance.any() else None

@@ -42,7 +42,9 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     actions, a + n * (1 + i) chooses pair i and then does a. Not all of them exist all the time: `action_masks()` and
     `action_mask` in the info say which do now.
 
-    Reaching acceptance does not end the episode, except in an accepting sink or where the scheme says so.
+    Reaching acceptance does not end the episode, except in an accepting sink or where the scheme says so. Where the
+    environment ends it (`terminated`), the last reward includes what reading the last letter for ever is worth, unless
+    the task says `on_termination="cut"`; nothing of value follows, so learners need not know.
 
     Args:
         env: the environment.
@@ -161,12 +163,15 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         observation, base_reward, terminated, truncated, info = self.env.step(action)
         letter = self.labeller.letter(observation, info)
         index = self._state * self._n_classes + self._classes[letter]
-        self._state, reward, stop, stop_reward, entries = self._rows.get(index) or self._row(index)
+        self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
         ltl = entries.copy()
         ltl["label"] = letter
         if stop and (stop == 1 or self._chance.draw() < stop):
             terminated = True
             reward += stop_reward
+            ltl["reward"] = reward
+        elif terminated:
+            reward += final
             ltl["reward"] = reward
         if self._base_reward == "add":
             reward += float(base_reward)
@@ -193,8 +198,9 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
                 "accepting": bool(tables.accepted[at]),
                 "progress": float(tables.progress[next_state]),
             }
+            final = float(tables.discount[at] * tables.closing[next_state, at[1]])
             self._rows[index] = _Row(
-                next_state, info["reward"], float(tables.stop[at]), float(tables.stop_reward[at]), info
+                next_state, info["reward"], float(tables.stop[at]), float(tables.stop_reward[at]), final, info
             )
         return self._rows[index]
 
@@ -204,6 +210,8 @@ class _Row(NamedTuple):
     reward: float
     stop: float
     stop_reward: float
+    final: float
+    """paid on top where the environment ends the episode, and the task does not."""
     info: dict[str, Any]
 
 

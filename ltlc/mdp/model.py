@@ -44,7 +44,7 @@ class LabelledMDP:
     """shape (n_states,); None means always `initial_state`."""
     terminal: BoolArray | None = None
     """shape (n_states,): entering such a state ends the episode of the environment; None means never. For words the
-    state goes on for ever, so it must be absorbing."""
+    state goes on for ever, and so does the letter that was drawn on entering it; so it must be absorbing."""
     state_names: tuple[str, ...] | None = None
     action_names: tuple[str, ...] | None = None
 
@@ -136,6 +136,13 @@ class LabelledMDP:
         choices = sparse.csr_array((data, indices, pointers), shape=(len(action), n))
         return ExplicitMDP(choices, start, action, self.start, n_actions=self.n_actions)
 
+    @cached_property
+    def with_final_letters(self) -> tuple[LabelledMDP, IntArray]:
+        """The same process with a terminal state for each letter that one may show, and the state behind each."""
+        return split_by_letter(
+            self, np.zeros(self.n_states, dtype=np.bool_) if self.terminal is None else self.terminal
+        )
+
     def state_name(self, state: int | np.integer[Any]) -> str:
         """The state for a message: its number, and its name where it has one."""
         return f"{state}" if self.state_names is None else f"{state} ({self.state_names[int(state)]})"
@@ -213,6 +220,52 @@ class LabelledMDP:
             name = mdp.state_name(target[odd][0])
             raise InvalidArgumentError(f"state {name} is entered both with and without `terminated`")
         return mdp
+
+
+def split_by_letter(mdp: LabelledMDP, states: BoolArray) -> tuple[LabelledMDP, IntArray]:
+    """The same process with states (state, letter) instead of those given, (n_states,); and the state behind each.
+
+    The letter is drawn on entering, as before; a terminal state keeps it. Where the states have names, it becomes a
+    part of them, as a bitmask. A process in which the labels of these states are sure is given back as it is.
+    """
+    probability, n = mdp.label_probability, mdp.n_states
+    row = np.repeat(np.arange(n), np.diff(probability.indptr))
+    split = states[row]
+    new = split | (np.diff(row, prepend=-1) > 0)  # the entries of the label distributions that get a state of their own
+    origin = row[new]
+    size = len(origin)
+    if size == n:
+        return mdp, np.arange(n)
+    # old state -> new states, weighted by its letters; and new state -> the old one behind it
+    drawn = sparse.csr_array(
+        (np.where(split, probability.data, 1.0)[new], np.arange(size), np.searchsorted(origin, np.arange(n + 1))),
+        shape=(n, size),
+    )
+    kept = np.zeros(size, dtype=np.bool_) if mdp.terminal is None else mdp.terminal[origin]
+    behind = sparse.csr_array((np.ones(size), origin, np.arange(size + 1)), shape=(size, n))
+    leaving = sparse.diags_array((~kept).astype(np.float64)) @ behind
+    start, names = np.asarray(mdp.start @ drawn), mdp.state_names
+    letter = mdp.letters[probability.indices][new]
+    return replace(
+        mdp,
+        transitions=tuple(
+            leaving @ matrix @ drawn + sparse.diags_array((kept & mdp.available[origin, a]).astype(np.float64))
+            for a, matrix in enumerate(mdp.transitions)
+        ),
+        label_probability=sparse.csr_array(
+            (np.where(split, 1.0, probability.data), (np.cumsum(new) - 1, probability.indices)),
+            shape=(size, len(mdp.letters)),
+        ),
+        initial_state=int(np.argmax(start)),
+        initial_distribution=start,
+        terminal=None if mdp.terminal is None else kept,
+        state_names=None
+        if names is None
+        else tuple(
+            f"{names[state]}, letter {shown}" if states[state] else names[state]
+            for state, shown in zip(origin.tolist(), letter.tolist(), strict=True)
+        ),
+    ), origin
 
 
 def _label_matrix(

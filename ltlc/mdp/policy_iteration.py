@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
 
 from ltlc.errors import InvalidArgumentError, LimitExceeded
@@ -84,9 +86,12 @@ def improve(
 ) -> tuple[FloatArray, IntArray, int]:
     """Policy iteration from the policy that takes the choices `chosen` (n_states,), which must leave surely.
 
+    A policy comes again only by rounding, between some that are equally good as far as can be told; then it is done.
+
     Returns:
         values and choices, both shape (n_states,), and the number of rounds.
     """
+    seen: set[bytes] = set()
     for iteration in range(1, max_iterations + 1):
         chain = MarkovChain.under(mdp, mdp.choice_matrix(chosen))
         value = chain.total(reward[chosen])
@@ -94,8 +99,10 @@ def improve(
         better = mdp.best(choice_value)
         slack = IMPROVEMENT * (1 + np.abs(value).max(initial=0.0))
         switch = better > choice_value[chosen] + slack
-        if not switch.any():
+        policy = hashlib.sha256(chosen.tobytes()).digest()
+        if not switch.any() or policy in seen:
             return value, chosen, iteration
+        seen.add(policy)
         chosen = np.where(switch, mdp.greedy(choice_value), chosen)
     raise LimitExceeded(f"the policy still improves after {max_iterations} rounds of policy iteration")
 

@@ -25,7 +25,7 @@ from scipy import sparse
 from ltlc.atomic import atomic_write
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp.explicit import FloatArray, IntArray
-from ltlc.mdp.model import LabelledMDP
+from ltlc.mdp.model import LabelledMDP, split_by_letter
 from ltlc.mdp.product import Product
 
 Style = Literal["prism", "storm"]
@@ -44,37 +44,9 @@ _STATE = re.compile(r"(?:\((?P<row>\d+), ?(?P<column>\d+)\)|(?P<s>\d+))(?:, lett
 def with_sure_labels(mdp: LabelledMDP) -> tuple[LabelledMDP, IntArray]:
     """The same process with states (state, letter), each of which has its label surely, and the state behind each.
 
-    The letter is drawn on entering, as before; where the states have names, it becomes a part of them, as a bitmask. A
-    process whose labels are sure already is given back as it is.
+    See `ltlc.mdp.model.split_by_letter`. A process whose labels are sure already is given back as it is.
     """
-    probability = mdp.label_probability
-    if probability.nnz == mdp.n_states:
-        return mdp, np.arange(mdp.n_states)
-    origin = np.repeat(np.arange(mdp.n_states), np.diff(probability.indptr))
-    n = len(origin)
-    # old state -> new states, weighted by its letters; and new state -> the old one behind it
-    drawn = sparse.csr_array((probability.data, np.arange(n), probability.indptr), shape=(mdp.n_states, n))
-    behind = sparse.csr_array((np.ones(n), origin, np.arange(n + 1)), shape=(n, mdp.n_states))
-    start = np.asarray(mdp.start @ drawn)
-    names = mdp.state_names
-    sure = LabelledMDP(
-        aps=mdp.aps,
-        transitions=tuple(behind @ matrix @ drawn for matrix in mdp.transitions),
-        letters=mdp.letters,
-        label_probability=sparse.csr_array(
-            (np.ones(n), probability.indices, np.arange(n + 1)), shape=(n, len(mdp.letters))
-        ),
-        initial_state=int(np.argmax(start)),
-        initial_distribution=start,
-        state_names=None
-        if names is None
-        else tuple(
-            f"{names[state]}, letter {letter}"
-            for state, letter in zip(origin.tolist(), mdp.letters[probability.indices].tolist(), strict=True)
-        ),
-        action_names=mdp.action_names,
-    )
-    return sure, origin
+    return split_by_letter(mdp, np.ones(mdp.n_states, dtype=np.bool_))
 
 
 def with_one_start(mdp: LabelledMDP) -> tuple[LabelledMDP, bool]:
@@ -100,6 +72,7 @@ def with_one_start(mdp: LabelledMDP) -> tuple[LabelledMDP, bool]:
             (sparse.hstack((mdp.label_probability, sparse.csr_array((n, extra)))), unlabelled), format="csr"
         ),
         initial_state=n,
+        terminal=None if mdp.terminal is None else np.append(mdp.terminal, False),
         action_names=mdp.action_names,
     ), True
 

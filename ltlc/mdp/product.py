@@ -22,7 +22,9 @@ Miss = Literal["empty", "hold"]
 class RewardColumns(Protocol):
     """What a reward product reads of a compiled reward scheme; arrays have shape (n_states, n_letter_classes).
 
-    There may also be `commit`, shape (n_states, n_choices): the state after choosing a pair, -1 where that cannot be.
+    There may also be `commit`, shape (n_states, n_choices): the state after choosing a pair, -1 where that cannot be;
+    and `closing`, of the same shape as the others: what it is worth to read a letter for ever from a state, paid where
+    the environment terminates. Without it, nothing follows there.
     """
 
     @property
@@ -79,6 +81,9 @@ class RewardColumns(Protocol):
 class _LabelledProduct(ExplicitMDP):
     """What both products share: pairs (MDP state, machine state), reachable ones only, ordered by the first.
 
+    A terminal state of the MDP that may show several letters keeps the one drawn on entering it: then there is a pair
+    for each.
+
     Where the machine leaves choices to the policy, action a + n * (1 + i) of an MDP with n actions is choice i together
     with action a.
 
@@ -87,7 +92,9 @@ class _LabelledProduct(ExplicitMDP):
         mdp_state, machine_state: (n_states,), the two halves of a product state.
     """
 
-    def __init__(self, mdp: LabelledMDP, unfolding: Unfolding, matrix: Any, leak: FloatArray | None) -> None:
+    def __init__(
+        self, mdp: LabelledMDP, origin: IntArray, unfolding: Unfolding, matrix: Any, leak: FloatArray | None
+    ) -> None:
         super().__init__(
             matrix,
             unfolding.choice_start,
@@ -97,7 +104,7 @@ class _LabelledProduct(ExplicitMDP):
             n_actions=unfolding.n_actions,
         )
         self.mdp = mdp
-        self.mdp_state = unfolding.mdp_state
+        self.mdp_state = origin[unfolding.mdp_state].astype(np.int32)
         self.machine_state = unfolding.machine_state
 
     def lift(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
@@ -120,7 +127,7 @@ class _LabelledProduct(ExplicitMDP):
         )
 
     def state_index(self, mdp_state: int, machine_state: int) -> int:
-        """The number of a product state, or -1 where it is not reachable."""
+        """The number of a product state (the first, of a terminal state with several letters), or -1: not reachable."""
         found = np.flatnonzero((self.mdp_state == mdp_state) & (self.machine_state == machine_state))
         return int(found[0]) if found.size else -1
 
@@ -133,7 +140,8 @@ class Product(_LabelledProduct):
     """The product of a labelled MDP with a Rabin automaton, on its reachable states.
 
     P((s, q), a, (s', q')) = P(s, a, s') * Pr(a letter l of s' has delta(q, l) = q'). With `initial_label="read"` the
-    automaton reads the label of the first state; with "skip" it starts in its raw initial state.
+    automaton reads the label of the first state; with "skip" it starts in its raw initial state. In a terminal state of
+    the MDP the letter drawn on entering is read for ever.
 
     Marks are kept per *choice*: a choice has a mark iff one of its branches has it. That loses nothing, since a choice
     taken infinitely often takes each of its branches infinitely often with probability 1; so letters that lead to the
@@ -160,16 +168,17 @@ class Product(_LabelledProduct):
         commit: IntArray | None = None,
         initial_label: InitialLabel = "read",
     ) -> None:
+        settled, origin = mdp.with_final_letters
         reader = Reader(
             next_state=automaton.delta.astype(np.int64),
             goes_on=np.ones(automaton.delta.shape, dtype=np.bool_),
             initial_state=automaton.initial_state,
-            input_probability=input_probability(mdp, automaton.aps, automaton.letter_class),
-            ends=np.zeros(mdp.n_states, dtype=np.bool_),
+            input_probability=input_probability(settled, automaton.aps, automaton.letter_class),
+            ends=np.zeros(settled.n_states, dtype=np.bool_),
             commit=_choices(commit),
         )
-        unfolding = Unfolding(mdp, reader, initial_label)
-        super().__init__(mdp, unfolding, unfolding.transitions, None)
+        unfolding = Unfolding(settled, reader, initial_label)
+        super().__init__(mdp, origin, unfolding, unfolding.transitions, None)
         self.automaton = automaton
         self._unfolding = unfolding
 
@@ -210,14 +219,15 @@ class RewardProduct(_LabelledProduct):
     """The product of a labelled MDP with reward tables: what an agent in the wrapped environment experiences.
 
     `matrix` holds the undiscounted steps that go on; episodes end where the tables stop and in terminal states of the
-    MDP (`leak`). The automaton follows the tables, whatever they do on a deadlock.
+    MDP (`leak`), where the step is paid what reading its letter for ever is worth, besides. The automaton follows the
+    tables, whatever they do on a deadlock.
 
     `miss="hold"` reproduces the thesis' code: where the empty letter is drawn in a state that could have shown another
     one, the automaton stays in q, and the step is paid as one that enters q.
 
     Attributes:
         tables: the reward tables.
-        reward: (n_choices,), expected reward of a step, rewards for stopping included.
+        reward: (n_choices,), expected reward of a step, rewards for stopping and closing values included.
         violation, acceptance: (n_choices,), probability that the step violates / accepts.
         unaccepted_end: (n_choices,), probability that the step ends the episode without accepting.
 
@@ -234,10 +244,12 @@ class RewardProduct(_LabelledProduct):
         initial_label: InitialLabel = "read",
         miss: Miss = "empty",
     ) -> None:
-        inputs = input_probability(mdp, tuple(tables.aps), np.asarray(tables.letter_class))
+        settled, origin = mdp.with_final_letters
+        inputs = input_probability(settled, tuple(tables.aps), np.asarray(tables.letter_class))
         columns = {name: np.asarray(getattr(tables, name)) for name in _COLUMNS}
+        columns["closing"] = np.asarray(getattr(tables, "closing", np.zeros_like(columns["reward"])))
         if miss == "hold":
-            inputs = _with_held_input(mdp, inputs, int(tables.letter_class[0]))
+            inputs = _with_held_input(mdp, settled, origin, inputs, int(tables.letter_class[0]))
             columns = _with_held_column(columns, tables.initial_state)
         elif miss != "empty":
             raise InvalidArgumentError(f'miss is {miss!r}, expected "empty" or "hold"')
@@ -247,15 +259,18 @@ class RewardProduct(_LabelledProduct):
             goes_on=stop < 1,
             initial_state=int(tables.initial_state),
             input_probability=inputs,
-            ends=np.zeros(mdp.n_states, dtype=np.bool_) if mdp.terminal is None else mdp.terminal,
+            ends=np.zeros(settled.n_states, dtype=np.bool_) if settled.terminal is None else settled.terminal,
             commit=_choices(getattr(tables, "commit", None)),
         )
-        self._unfolding = Unfolding(mdp, reader, initial_label)
+        self._unfolding = Unfolding(settled, reader, initial_label)
         self._columns = columns
         matrix, leak = self._unfolding.transitions(1 - stop), self._unfolding.ending(stop)
-        super().__init__(mdp, self._unfolding, matrix, leak)
+        super().__init__(mdp, origin, self._unfolding, matrix, leak)
         self.tables = tables
-        self.reward = self.expected(columns["reward"] + stop * columns["stop_reward"])
+        final = np.take_along_axis(columns["closing"], reader.next_state, axis=0)
+        self.reward = self._unfolding.expected(
+            columns["reward"] + stop * columns["stop_reward"], (1 - stop) * columns["discount"] * final
+        )
         self.violation = self.expected(columns["violated"])
         self.acceptance = self.expected(columns["accepted"])
         rejected = ~columns["accepted"].astype(np.bool_)
@@ -290,10 +305,10 @@ def _choices(commit: IntArray | None) -> IntArray | None:
     return commit if commit is not None and commit.shape[1] else None
 
 
-def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:
+def _with_held_input(mdp: LabelledMDP, settled: LabelledMDP, origin: IntArray, inputs: Any, empty_class: int) -> Any:
     """Moves the empty letter of states that may show another letter to a new input, the last column."""
-    shown = np.asarray((mdp.label_probability @ (mdp.letters != 0).astype(np.float64)) > 0)
-    missed = np.asarray(mdp.label_probability @ (mdp.letters == 0).astype(np.float64)) * shown
+    shown = np.asarray((mdp.label_probability @ (mdp.letters != 0).astype(np.float64)) > 0)[origin]
+    missed = np.asarray(settled.label_probability @ (mdp.letters == 0).astype(np.float64)) * shown
     states = np.flatnonzero(missed)
     shape = (inputs.shape[0], inputs.shape[1] + 1)
     rows = np.repeat(np.arange(shape[0]), np.diff(inputs.indptr))
@@ -307,7 +322,7 @@ def _with_held_input(mdp: LabelledMDP, inputs: Any, empty_class: int) -> Any:
 
 
 def _with_held_column(columns: dict[str, npt.NDArray[Any]], initial_state: int) -> dict[str, npt.NDArray[Any]]:
-    """The tables with one more column: stay in q, paid as a step that enters q."""
+    """The tables with one more column: stay in q, paid as a step that enters q; and for ever, where it is the last."""
     next_state = columns["next_state"]
     n_states = len(next_state)
     kept = ~columns["violated"].astype(np.bool_).ravel()  # such a step may have been turned back from the deadlock
@@ -317,7 +332,8 @@ def _with_held_column(columns: dict[str, npt.NDArray[Any]], initial_state: int) 
     representative = np.zeros(n_states, dtype=np.int64)
     representative[entered] = edge[first]
     held = {}
-    for name, table in columns.items():
+    for name in _COLUMNS:
+        table = columns[name]
         flat = table.ravel()
         column = flat[representative]
         if name == "next_state":
@@ -327,4 +343,8 @@ def _with_held_column(columns: dict[str, npt.NDArray[Any]], initial_state: int) 
         held[name] = np.concatenate((table, column[:, None]), axis=1)
     if initial_state not in entered:
         raise InvalidArgumentError('miss="hold": no step enters the initial state, so holding it has no reward')
+    reward, discount, stop, stop_reward = (held[name][:, -1] for name in ("reward", "discount", "stop", "stop_reward"))
+    closing, goes_on = columns["closing"], (1 - stop) * discount
+    for_ever = np.divide(reward + stop * stop_reward, 1 - goes_on, out=np.zeros(n_states), where=goes_on < 1)
+    held["closing"] = np.column_stack((closing, for_ever if closing.any() else closing[:, 0]))
     return held

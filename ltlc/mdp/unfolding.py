@@ -143,10 +143,16 @@ class Unfolding:
         paid = self.reading_probability * np.where(self.reading_target >= 0, value[self.reading_target], 0.0)
         return self.after_move(self._per_arrival(paid))
 
-    def expected(self, column: FloatArray | BoolArray) -> FloatArray:
-        """What a table (n_machine_states, n_inputs) pays on average for each choice, shape (n_choices,)."""
-        paid = self.reading_probability * column[self.reading_machine_state, self.reading_input]
-        return self.after_move(self._per_arrival(paid))
+    def expected(self, column: FloatArray | BoolArray, at_end: FloatArray | None = None) -> FloatArray:
+        """What a table (n_machine_states, n_inputs) pays on average for each choice, shape (n_choices,).
+
+        With `at_end`, another such table, paid on top where the environment ends the episode.
+        """
+        here = self.reading_machine_state, self.reading_input
+        paid = column[here]
+        if at_end is not None:
+            paid = paid + np.where(self.reading_ends, at_end[here], 0.0)
+        return self.after_move(self._per_arrival(self.reading_probability * paid))
 
     def ending(self, stop: FloatArray, counted: BoolArray | None = None) -> FloatArray:
         """The probability that the episode ends with a choice, by `stop` or by the environment, shape (n_choices,).

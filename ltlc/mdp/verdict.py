@@ -180,6 +180,8 @@ class Judge:
     def on_words(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
         """A policy as one on the states of `words`.
 
+        Where the environment has terminated, no action matters but the choice of a pair, and the best choice is made.
+
         Raises:
             InvalidArgumentError: the policy is of another shape.
         """
@@ -187,7 +189,13 @@ class Judge:
         sink: npt.NDArray[Any] = self._any_action[:, None]  # after a violation nothing matters any more
         if given.ndim == 3:
             sink = np.eye(given.shape[2])[sink]
-        return self.words.lift(np.concatenate((given, sink), axis=1))
+        lifted = self.words.lift(np.concatenate((given, sink), axis=1))
+        terminal = self.words.mdp.terminal
+        if terminal is None or self.words.n_actions == self.words.mdp.n_actions:
+            return lifted
+        over = terminal[self.words.mdp_state]
+        best = self.maximum.policy if given.ndim == 2 else np.eye(given.shape[2])[self.maximum.policy]
+        return np.where(over.reshape(-1, *[1] * (given.ndim - 2)), best, lifted)
 
     def judge(self, policy: npt.ArrayLike) -> PolicyVerdict:
         """The verdict on a policy.

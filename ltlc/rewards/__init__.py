@@ -3,6 +3,16 @@
 from ltlc.rewards.registry import RECOMMENDED, SCHEMES, get_scheme
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme
 from ltlc.rewards.shaping import Shaped, shape
-from ltlc.rewards.tables import RewardTables
+from ltlc.rewards.tables import OnTermination, RewardTables
 
-__all__ = ["RECOMMENDED", "SCHEMES", "OnDeadlock", "RewardScheme", "RewardTables", "Shaped", "get_scheme", "shape"]
+__all__ = [
+    "RECOMMENDED",
+    "SCHEMES",
+    "OnDeadlock",
+    "OnTermination",
+    "RewardScheme",
+    "RewardTables",
+    "Shaped",
+    "get_scheme",
+    "shape",
+]

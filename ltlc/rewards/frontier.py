@@ -11,6 +11,7 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
+from ltlc.rewards.closing import closed
 from ltlc.rewards.forms import buchi_form, with_buchi_marks
 from ltlc.rewards.need import buchi
 from ltlc.rewards.scheme import (
@@ -22,7 +23,7 @@ from ltlc.rewards.scheme import (
     nearer_to_one,
     tables_of,
 )
-from ltlc.rewards.tables import BoolArray, RewardTables
+from ltlc.rewards.tables import BoolArray, OnTermination, RewardTables
 
 
 @dataclass(frozen=True)
@@ -75,14 +76,19 @@ class Frontier(RewardScheme):
         marked = with_buchi_marks(form.automaton, buchi(self, form.automaton))
         return dataclasses.replace(form, automaton=marked)
 
-    def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
+    def compile(
+        self,
+        dra: RabinAutomaton,
+        on_deadlock: OnDeadlock | None = None,
+        on_termination: OnTermination = "repeat",
+    ) -> RewardTables:
         """The tables, over (automaton state, frontier) where sets are given; see `RewardScheme.compile`."""
         if self.sets is None:
-            return super().compile(dra, on_deadlock)
+            return super().compile(dra, on_deadlock, on_termination)
         mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
         refined, automaton_state = _with_frontier(dra, self._edges(dra, self.sets))
         tables = tables_of(refined, Refinement.trivial(refined), self.steps(refined), mode)
-        return dataclasses.replace(tables, automaton_state=automaton_state)
+        return closed(dataclasses.replace(tables, automaton_state=automaton_state), on_termination)
 
     def _edges(self, dra: RabinAutomaton, sets: Iterable[frozenset[int]]) -> list[BoolArray]:
         for states in sets:

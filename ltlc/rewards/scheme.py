@@ -11,7 +11,8 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.rewards.tables import BoolArray, FloatArray, RewardTables
+from ltlc.rewards.closing import closed
+from ltlc.rewards.tables import BoolArray, FloatArray, OnTermination, RewardTables
 
 OnDeadlock = Literal["stay", "initial", "terminate"]
 
@@ -82,7 +83,12 @@ class RewardScheme(ABC):
         """Parameter values by name."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
-    def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
+    def compile(
+        self,
+        dra: RabinAutomaton,
+        on_deadlock: OnDeadlock | None = None,
+        on_termination: OnTermination = "repeat",
+    ) -> RewardTables:
         """The tables of this scheme for one automaton.
 
         An automaton without the form the scheme needs gets it: table states then refine its states, and where only a
@@ -96,15 +102,18 @@ class RewardScheme(ABC):
             dra: the automaton.
             on_deadlock: after a violation go back to the state before it (`stay`), to the initial state (`initial`), or
                 end the episode (`terminate`); by default what the source of the scheme does.
+            on_termination: where the environment ends the episode, the word goes on with its last letter and so do the
+                rewards (`repeat`), or nothing follows (`cut`). Rewards of which some letter, read for ever, would pay
+                an infinite or undetermined sum are always cut; `RewardTables.on_termination` says what is done.
 
         Raises:
             InvalidArgumentError: a parameter does not fit the automaton.
             StateLimitExceeded: the form would need too many states.
-            UnknownNameError: `on_deadlock` is none of the three.
+            UnknownNameError: `on_deadlock` or `on_termination` does not exist.
         """
         mode = check_on_deadlock(self.on_deadlock if on_deadlock is None else on_deadlock)
         refinement = self.refinement(dra)
-        return tables_of(dra, refinement, self.steps(refinement.automaton), mode)
+        return closed(tables_of(dra, refinement, self.steps(refinement.automaton), mode), on_termination)
 
 
 def nearer_to_one(value: float, k: int) -> float:

@@ -12,14 +12,15 @@ import numpy as np
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps
-from ltlc.rewards.tables import FloatArray, RewardTables
+from ltlc.rewards.tables import FloatArray, OnTermination, RewardTables
 
 
 def shape(tables: RewardTables, potential: FloatArray) -> RewardTables:
     """The tables with r + discount * potential(q') - potential(q) for r, and potential 0 after the episode.
 
     The per-step discount is that of the step, so bootstrapping from a truncated episode stays right, and every policy
-    keeps its value up to the constant `potential[q]` of where it starts: optimal policies are the same.
+    keeps its value up to the constant `potential[q]` of where it starts: optimal policies are the same. Where the
+    environment terminates, the potential of the state then goes out of the closing value, whatever that is.
 
     Args:
         tables: what to shape.
@@ -36,6 +37,7 @@ def shape(tables: RewardTables, potential: FloatArray) -> RewardTables:
         tables,
         reward=tables.reward + np.where(surely, 0.0, after) - potential[:, None],
         stop_reward=tables.stop_reward - np.where(surely, 0.0, after),
+        closing=tables.closing - potential[:, None],
     )
 
 
@@ -50,7 +52,9 @@ class Shaped(RewardScheme):
 
     name: ClassVar[str] = "shaped"
     citation: ClassVar[str] = "A. Y. Ng et al., ICML 1999; A. Camacho et al., IJCAI 2019, doi 10.24963/ijcai.2019/840"
-    guarantee: ClassVar[str] = "The same optimal policies as the scheme underneath."
+    guarantee: ClassVar[str] = (
+        "The same optimal policies as the scheme underneath, unless an episode can go on for ever undiscounted."
+    )
     needs: ClassVar[str] = "what the scheme underneath needs"
 
     scheme: RewardScheme
@@ -75,7 +79,12 @@ class Shaped(RewardScheme):
         """The steps of the scheme underneath; shaping needs the compiled tables."""
         return self.scheme.steps(dra)
 
-    def compile(self, dra: RabinAutomaton, on_deadlock: OnDeadlock | None = None) -> RewardTables:
+    def compile(
+        self,
+        dra: RabinAutomaton,
+        on_deadlock: OnDeadlock | None = None,
+        on_termination: OnTermination = "repeat",
+    ) -> RewardTables:
         """The tables of the scheme underneath, shaped; see `RewardScheme.compile`."""
-        tables = self.scheme.compile(dra, on_deadlock)
+        tables = self.scheme.compile(dra, on_deadlock, on_termination)
         return shape(tables, self.weight * tables.progress)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from ltlc.errors import InvalidArgumentError
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+OnTermination = Literal["repeat", "cut"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +26,9 @@ class RewardTables:
 
     Where the scheme needs to be told which Rabin pair a policy is going to satisfy, the policy may go from q to
     `commit[q, i]` before the environment makes a step: together with an action, for free, once in an episode.
+
+    Where the *environment* ends the episode with the step, and the tables do not, what follows is worth
+    `closing[next_state[q, c], c]`, discounted as anything else that follows.
 
     Raises:
         InvalidArgumentError: the arrays do not fit together, or an entry is out of range or not finite.
@@ -55,6 +60,11 @@ class RewardTables:
     commit: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int32))
     """shape (n_states, n_choices), int32; the state after choosing pair i, -1 where it cannot be chosen; usually there
     are no choices."""
+    closing: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    """shape (n_states, n_classes), float64; value of standing in a state where the environment has terminated and the
+    last letter, of that class, is repeated for ever; usually 0 if nothing follows the end of the environment."""
+    on_termination: OnTermination = "cut"
+    """whether `closing` is about the last letter for ever (`repeat`), or nothing follows (`cut`)."""
 
     def __post_init__(self) -> None:
         table = np.shape(self.next_state)
@@ -70,7 +80,11 @@ class RewardTables:
         if not np.size(self.commit):
             object.__setattr__(self, "commit", np.zeros((table[0], 0)))
         _freeze(self, "commit", np.int32, (table[0], np.shape(self.commit)[-1]))
-        for name in ("reward", "stop_reward"):
+        if not np.size(self.closing):
+            object.__setattr__(self, "closing", np.zeros(table))
+        _freeze(self, "closing", np.float64, table)
+        _check(self.on_termination in get_args(OnTermination), f"on_termination is {self.on_termination!r}")
+        for name in ("reward", "stop_reward", "closing"):
             _check(bool(np.isfinite(getattr(self, name)).all()), f"{name} has an entry that is not finite")
         for name in ("discount", "stop", "progress"):
             values = getattr(self, name)
@@ -94,6 +108,14 @@ class RewardTables:
     def n_choices(self) -> int:
         """Number of Rabin pairs that can be chosen between; mostly 0."""
         return int(self.commit.shape[1])
+
+    @property
+    def final_value(self) -> FloatArray:
+        """What all that follows a step is worth where the environment ends the episode with it, (n_states, n_classes).
+
+        It takes the place of the value of the next state, so the discount of the step applies to it.
+        """
+        return np.take_along_axis(self.closing, self.next_state.astype(np.int64), axis=0)
 
     @property
     def terminal(self) -> BoolArray:

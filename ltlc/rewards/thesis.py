@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 
 from ltlc.automata import RabinAutomaton
-from ltlc.rewards.forms import relevant_marks
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_probability, is_accepting_sink, is_deadlock
 
 
@@ -16,9 +15,9 @@ from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_probabili
 class Thesis(RewardScheme):
     """Equation 4.3: the state entered decides; terminal before deadlock before G before B before the rest.
 
-    With several pairs, G and B are the unions over the pairs. Fin marks that cannot matter (outside the components
-    where their pair accepts) are dropped from an automaton translated here, so that the rewards do not depend on how
-    the construction marks transient states; an automaton whose `translator` is None is taken as it is.
+    With several pairs, G and B are the unions over the pairs. Automata for one language may be paid differently, since
+    the marks decide. Those translated here have no Fin marks outside the components where the pair accepts; ltl2dstar,
+    which the thesis used, puts them on every transient state.
 
     References:
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, equation 4.3,
@@ -55,7 +54,7 @@ class Thesis(RewardScheme):
 
     def steps(self, dra: RabinAutomaton) -> Steps:
         """Rewards by the mark of the state entered."""
-        fin = (dra.edge_fin if dra.translator is None else relevant_marks(dra)[0]).any(axis=0)
+        fin = dra.edge_fin.any(axis=0)
         accepted = dra.edge_inf.any(axis=0) & ~is_deadlock(dra)[dra.delta]
         ends = accepted if self.terminate_on_accept else is_accepting_sink(dra)[dra.delta]
         return Steps(
