@@ -35,6 +35,8 @@ def small_tables() -> RewardTables:
         accepted=np.zeros((3, 2), dtype=bool),
         automaton_state=np.arange(3),
         progress=np.zeros(3),
+        closing=np.array([[6.0, -6.0], [10.0, 20.0], [0.0, 1.0]]),
+        on_termination="repeat",
     )
 
 
@@ -87,10 +89,10 @@ def test_targets_equal_a_loop_over_steps_and_states(double: bool, state_input: s
             c = int(steps.letter_class[i])
             after = tables.next_state[q, c]
             best = int((online if double else target)[after].argmax())
-            goes_on = 0.0 if steps.terminated[i] else 1 - tables.stop[q, c]
+            following = tables.closing[after, c] / 10 if steps.terminated[i] else target[after, best].item()
             reward = tables.reward[q, c] + tables.stop[q, c] * tables.stop_reward[q, c] + steps.base_reward[i]
-            expected = reward / 10 + tables.discount[q, c] * goes_on * target[after, best]
-            assert found[i, k].item() == pytest.approx(expected.item(), abs=1e-5)
+            expected = reward / 10 + tables.discount[q, c] * (1 - tables.stop[q, c]) * following
+            assert found[i, k].item() == pytest.approx(float(expected), abs=1e-5)
 
 
 @pytest.mark.parametrize("state_input", ["heads", "one-hot", "raw"])

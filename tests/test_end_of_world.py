@@ -16,6 +16,8 @@ from random_worlds import random_task, random_world
 from scipy import sparse
 
 import ltlc
+from ltlc.agents import DQNConfig, greedy_policy, train
+from ltlc.agents.tabular import LEARNERS, FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
 from ltlc.envs import LTLVectorWrapper, LTLWrapper
 from ltlc.faithful import Candidate, faithfulness
 from ltlc.mdp import (
@@ -28,6 +30,7 @@ from ltlc.mdp import (
     satisfaction_probability,
     with_sure_labels,
 )
+from ltlc.mdp.verdict import Judge
 from ltlc.rewards import SCHEMES, Shaped, get_scheme
 from ltlc.task import Task
 
@@ -95,6 +98,13 @@ def test_optimal_policies_in_worlds_that_end_attain_the_maximum(block: int) -> N
 def test_so_do_those_of_shaped_rewards(block: int) -> None:
     for seed in range(500 + 20 * block, 520 + 20 * block):
         check_faithful(seed, SHAPED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", range(20))
+def test_so_it_is_in_two_thousand_worlds(block: int) -> None:
+    for seed in range(1000 + 100 * block, 1100 + 100 * block):
+        check_faithful(seed, (*NEAR_THE_LIMIT, *SHAPED))
 
 
 def test_ties_do_not_keep_policy_iteration_going() -> None:
@@ -270,3 +280,78 @@ def test_truncation_is_not_the_end_of_the_world() -> None:
         env.reset(seed=0)
         paid.append(env.step(0)[1])
     assert paid == pytest.approx([100.0, 1.0])
+
+
+class Gamble(gym.Env[Any, Any]):
+    """`goal_or_dock`: the goal ends the world, the dock and the loss do not."""
+
+    observation_space, action_space = gym.spaces.Discrete(4), gym.spaces.Discrete(2)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
+        super().reset(seed=seed)
+        self.state, self.time = 0, 0
+        return 0, {"labels": set()}
+
+    def step(self, action: Any) -> tuple[int, float, bool, bool, dict[str, Any]]:
+        self.time += 1
+        if self.state == 0:
+            won, chance = ((1, 0.9), (2, 0.5))[int(action)]
+            self.state = won if self.np_random.random() < chance else 3
+        label = {1: {"goal"}, 2: {"dock"}}.get(self.state, set())
+        return self.state, 0.0, self.state == 1, self.time == 20, {"labels": label}
+
+
+def gambles(task: Task, n: int = 4) -> LTLVectorWrapper:
+    return LTLVectorWrapper(SyncVectorEnv([Gamble] * n), task, observation="none")
+
+
+@pytest.mark.parametrize(("on_termination", "probability"), [("repeat", 0.9), ("cut", 0.5)])
+@pytest.mark.parametrize("formula", GOAL_OR_DOCK[:2])
+def test_the_table_learns_it(formula: str, on_termination: Any, probability: float) -> None:
+    task = Task(formula, acceptance="transition", on_termination=on_termination)
+    config = DQNConfig(total_steps=4_000, epsilon_steps=1_000, log_every=1_000, checkpoint_every=4_000)
+    agent = train(gambles(task), config).agent
+    judge = Judge(goal_or_dock(1), task.automaton, task.tables)
+    assert judge.satisfaction(greedy_policy(agent)) == pytest.approx(probability)
+
+
+@pytest.mark.parametrize(("on_termination", "probability"), [("repeat", 0.9), ("cut", 0.5)])
+@pytest.mark.parametrize("double", [False, True])
+def test_q_learning_learns_it(double: bool, on_termination: Any, probability: float) -> None:
+    scheme = get_scheme("two-discount", gamma_accept=0.9, gamma=0.9999)
+    task = Task(GOAL_OR_DOCK[0], scheme, on_termination=on_termination)
+    config = QLearningConfig(total_steps=30_000, averaging_steps=1_000, double=double)
+    learned = LEARNERS["q-learning"].train(gambles(task), config)
+    judge = Judge(goal_or_dock(1), task.automaton, task.tables)
+    assert judge.satisfaction(learned.policy) == pytest.approx(probability)
+    if on_termination == "repeat":
+        assert learned.value == pytest.approx(0.9, abs=0.05)
+
+
+@pytest.mark.parametrize(("name", "config"), [
+    ("fu-topcu", FuTopcuConfig(total_steps=40_000, accuracy=0.05)),
+    ("wang", WangConfig(total_steps=40_000, accuracy=0.05)),
+    ("sadigh", SadighConfig(total_steps=20_000)),
+])  # fmt: skip
+def test_learners_of_a_model_learn_it(name: str, config: Any) -> None:
+    task = Task("G F goal | G F dock")
+    judge = Judge(goal_or_dock(1), task.automaton, task.tables)
+    policy = LEARNERS[name].train(gambles(task), config).policy
+    assert policy is not None
+    table = policy[:, task.tables.automaton_state]
+    assert judge.satisfaction(table) == pytest.approx(0.9, abs=0.01)
+
+
+def test_a_pair_can_still_be_chosen_at_the_end() -> None:
+    """No pair was chosen before the world ended: the last letter decides, and the judge makes the best choice."""
+    p = np.zeros((1, 3, 3))
+    p[0, 0, [1, 2]] = 0.5
+    p[0, [1, 2], [1, 2]] = 1
+    mdp = LabelledMDP.from_arrays(p, aps=("a", "b"), labels={1: "a", 2: "b"}, terminal=[False, True, True])
+    task = Task("(F G a | F G b) & X(F G a | F G b)", get_scheme("zeta-reach"), acceptance="transition")
+    assert task.tables.n_choices
+    judge = Judge(mdp, task.automaton, task.tables)
+    policy = np.zeros((3, task.tables.n_states), dtype=int)
+    assert judge.satisfaction(policy) == pytest.approx(1)
+    assert judge.satisfaction(np.eye(judge.words.n_actions)[policy]) == pytest.approx(1)
+    assert judge.value == pytest.approx(1)
