@@ -482,3 +482,40 @@ def test_labels_of_the_user_on_a_grid_world() -> None:
 def test_default_folder() -> None:
     assert default_folder("F(A & F B) & G !C", "ltlc/Thesis10x10-v0", 3) == Path("runs/f-a-f-b-g-c-thesis10x10-v0-3")
     assert len(default_folder("F x & " * 50 + "G y", "FrozenLake-v1", 0).name) < 70
+
+
+class TestTermination:
+    def test_a_run_keeps_and_compares_what_follows_the_end(self, capsys: pytest.CaptureFixture[str]) -> None:
+        small = ["--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]
+        assert run(["train", *LAKE, *small, "--on-termination", "cut"]) == 0
+        run_folder = RunFolder.open("here")
+        assert run_folder.config.on_termination == run_folder.task.tables.on_termination == "cut"
+        assert not run_folder.load().tables.closing.any()
+        assert run(["train", *LAKE, *small, "--resume", "--on-termination", "cut"]) == 0
+        assert run(["train", *LAKE, *small, "--resume"]) == 2
+        assert "differs in on_termination" in capsys.readouterr().err
+        assert run(["train", *LAKE, *small, "--force"]) == 0
+        assert RunFolder.open("here").load().tables.closing.any()
+
+    def test_runs_that_do_not_say_were_cut(self) -> None:
+        assert run(["train", *GRID, "--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]) == 0
+        values = json.loads(Path("here/config.json").read_text())
+        assert values.pop("on_termination") == "repeat"
+        Path("here/config.json").write_text(json.dumps(values))
+        assert RunFolder.open("here").config.on_termination == "cut"
+        Path("here/config.json").write_text(json.dumps(values | {"on_termination": "sometimes"}))
+        assert run(["evaluate", "here"]) == 2
+
+    def test_the_lake_ends_at_its_goal(self, capsys: pytest.CaptureFixture[str]) -> None:
+        options = ["--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--json"]
+        found = {}
+        for mode in ("repeat", "cut"):
+            assert run(["solve", "G F goal", *options, "--on-termination", mode]) == 0
+            found[mode] = json.loads(capsys.readouterr().out)["optimal"]
+        assert found["repeat"]["satisfaction"] == pytest.approx(14 / 17, abs=1e-3)
+        assert found["repeat"]["discounted_return"] > 0.8 > 0.1 > found["cut"]["discounted_return"]
+        for mode, shown in (("repeat", "two-discount"), ("cut", "two-discount termination=cut")):
+            assert run(["faithful", "G F goal", *options, "--on-termination", mode]) == 0
+            rows = json.loads(capsys.readouterr().out)["rows"]
+            (row,) = (row for row in rows if row["name"] == shown)
+            assert row["objective"] == pytest.approx(found[mode]["discounted_return"])
