@@ -52,6 +52,6 @@ $(OLDEST)/.installed: pyproject.toml constraints-oldest.txt
 	@test -x $(OLDEST)/bin/python || { echo "creating $(OLDEST) ..."; $(PYTHON) -m venv $(OLDEST); }
 	@echo "installing the oldest dependencies into $(OLDEST) (once) ..."
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-oldest.txt \
-		gymnasium graphviz hypothesis jsonschema lark matplotlib numpy pytest rich scipy typer
+		gymnasium hypothesis jsonschema lark matplotlib numpy pytest rich scipy typer
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	@touch $@

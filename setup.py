@@ -15,7 +15,7 @@ from pathlib import Path
 
 from setuptools import Extension, setup
 
-# Where the time goes. Left out on purpose, besides what is not hot: translate/budget.py, because every loop that can
+# Where the time goes. Left out on purpose, besides what is not hot: budget.py, because every loop that can
 # grow asks it, and only interpreted code notices Ctrl-C; automata/rabin.py, ltl/formula.py and ltl/rule.py, because
 # mypyc does not support their cached properties, their object.__new__ and their subclass of list.
 COMPILED = {

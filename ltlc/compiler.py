@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
+from ltlc.budget import time_limit
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.picture import draw
 from ltlc.ltl import Formula, Proposition, fold, parse, propositions
@@ -130,7 +131,8 @@ def compile(
         effort: "fast", "default" or "best"; the last searches by SAT for the smallest automaton there is, and needs
             the package python-sat.
         max_states: no construction may build more states than this.
-        timeout: seconds, or None for no limit.
+        timeout: seconds from the call on, or None for no limit. When they are over, the smallest automaton found so far
+            is the result; TimeLimitExceeded if there is none.
         cache: a dictionary in which results are looked up and kept; formulas that differ in the names of their
             propositions only share an entry.
 
@@ -145,16 +147,18 @@ def compile(
         >>> dra.accepts(prefix=[[], ["goal"]], cycle=[[]])
         True
     """
-    formula = parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
-    shape, names = shape_of(formula)
     options = Options(acceptance, translator, effort, max_states, timeout)
     options.check()
-    known = None if cache is None else cache.get((shape, options))
-    if known is None:
-        known = translate(shape, **options._asdict(), text=str(formula))
-        if cache is not None:
-            cache[shape, options] = known
-    return DRA.of(known, aps=names, formula=str(formula))
+    with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):
+        formula = parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
+        shape, names = shape_of(formula)
+        text = str(formula)
+        known = None if cache is None else cache.get((shape, options))
+        if known is None:
+            known = translate(shape, **options._asdict(), text=text)
+            if cache is not None:
+                cache[shape, options] = known
+        return DRA.of(known, aps=names, formula=text)
 
 
 def shape_of(formula: Formula) -> tuple[Formula, tuple[str, ...]]:

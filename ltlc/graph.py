@@ -11,6 +11,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.budget import check_time
+
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 Graph = Sequence[Sequence[int]] | npt.NDArray[np.integer]
@@ -48,6 +50,7 @@ def strong_components(graph: Graph) -> list[int]:
         R. Tarjan, Depth-first search and linear graph algorithms, SIAM J. Comput. 1972, doi 10.1137/0201010;
         with an explicit stack instead of recursion.
     """
+    check_time()
     successors = successor_lists(graph)
     n = len(successors)
     # low[q]: 0 = unseen, else lowest visit number known to be reachable on the stack; done nodes get n + 1.
@@ -70,6 +73,8 @@ def strong_components(graph: Graph) -> list[int]:
                 seen = low[target]
                 if not seen:
                     visits += 1
+                    if not visits & 8191:
+                        check_time()
                     low[target] = visits
                     low[node] = lowest
                     open_nodes.append(target)
@@ -110,6 +115,8 @@ def distances(graph: Graph, sources: Iterable[int]) -> list[int]:
             distance[source] = 0
             queue.append(source)
     for node in queue:  # grows while it is read
+        if not node & 8191:
+            check_time()
         following = distance[node] + 1
         for target in successors[node]:
             if distance[target] < 0:
@@ -124,6 +131,8 @@ def reachable(graph: Graph, sources: Iterable[int]) -> list[int]:
     order = list(dict.fromkeys(sources))
     seen = set(order)
     for node in order:  # grows while it is read
+        if not node & 8191:
+            check_time()
         for target in successors[node]:
             if target not in seen:
                 seen.add(target)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from itertools import chain, islice
@@ -10,6 +11,7 @@ from multiprocessing import get_context
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
+from ltlc.budget import time_limit
 from ltlc.compiler import DRA, Cache, Options, shape_of
 from ltlc.ltl import Formula, parse
 from ltlc.translate import Effort, translate
@@ -17,8 +19,8 @@ from ltlc.translate import Effort, translate
 _CHUNK = 32
 """formulas handed to a process at a time; fewer are not worth starting one."""
 
-_Job = tuple[Formula, Options, str]
-"""a shape to translate, how, and the text of a formula of that shape."""
+_Job = tuple[Formula, Options, str, float]
+"""a shape to translate, how, the text of a formula of that shape, and how many seconds it took to read it."""
 
 
 def compile_many(
@@ -69,13 +71,15 @@ def compile_many(
 
     def jobs() -> Iterator[_Job]:
         for formula in formulas:
-            parsed = parse(formula) if isinstance(formula, str) else formula
-            shape, names = shape_of(parsed)
-            text = str(parsed)
+            started = time.monotonic()
+            with time_limit(formula if isinstance(formula, str) else "the formula", timeout):
+                parsed = parse(formula) if isinstance(formula, str) else formula
+                shape, names = shape_of(parsed)
+                text = str(parsed)
             read.append((shape, names, text))
             if shape not in missing and (shape, options) not in known:
                 missing[shape] = None
-                yield shape, options, text
+                yield shape, options, text, time.monotonic() - started
 
     for done, (shape, automaton) in enumerate(_translated(jobs(), workers), 1):
         known[shape, options] = automaton
@@ -100,7 +104,7 @@ def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[For
             while chunk := list(islice(ahead, _CHUNK)):
                 under_way.append((chunk, pool.submit(_translate_all, chunk)))
             for chunk, automata in under_way:
-                yield from zip((shape for shape, _, _ in chunk), automata.result(), strict=True)
+                yield from zip((shape for shape, *_ in chunk), automata.result(), strict=True)
         finally:
             for _, automata in under_way:
                 automata.cancel()
@@ -111,5 +115,6 @@ def _translate_all(jobs: list[_Job]) -> list[RabinAutomaton]:
 
 
 def _translate(job: _Job) -> RabinAutomaton:
-    shape, options, text = job
-    return translate(shape, **options._asdict(), text=text)
+    shape, options, text, spent = job
+    with time_limit(text, options.timeout, spent):
+        return translate(shape, **options._asdict(), text=text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ltlc.budget import Budget
 from ltlc.ltl import (
     FALSE,
     TRUE,
@@ -21,7 +22,6 @@ from ltlc.ltl import (
     propositions,
 )
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure, Obligation
 from ltlc.translate.letters import letters_of
 
@@ -39,7 +39,7 @@ _OPERATORS: dict[str, type[Formula]] = {
 
 
 def unlimited(formula: Formula) -> Budget:
-    return Budget(str(formula), 100_000, None)
+    return Budget(str(formula), 100_000)
 
 
 def closure_of(formula: Formula) -> Closure:

@@ -47,7 +47,7 @@ THIRD_PARTY = {
     "ltl": {"lark"},
     "automata": {"numpy", "pysat"},
     "translate": {"numpy"},
-    "formats": {"numpy", "lark", "graphviz"},
+    "formats": {"numpy", "lark"},
     "rewards": {"numpy"},
     "mdp": {"numpy", "scipy"},
     "compiler": {"numpy"},

@@ -203,6 +203,15 @@ class TestBatch:
         assert out.count("HOA: v1") == 2
         assert err.startswith("ltlc: standard input: line 2: ")
 
+    def test_a_limit_on_the_time_of_a_line(self, capsys: pytest.CaptureFixture[str], type_in) -> None:
+        hard = " xor ".join(f"GF p{i}" for i in range(10))
+        type_in(f"F a\n{hard}\nF b\n")
+        assert run(["compile", "-F", "-", "--timeout", "0.3"]) == 2
+        out, err = capsys.readouterr()
+        assert out.count("HOA: v1") == 2
+        assert err.startswith("ltlc: standard input: line 2: GF p0 xor GF p1 xor")
+        assert "is not done after 0.3 s" in err
+
     def test_into_a_file(self, folder: Path, type_in) -> None:
         type_in("F a\nG b\n")
         assert run(["compile", "-F", "-", "-o", "all.hoa"]) == 0
@@ -253,8 +262,20 @@ class TestShow:
         assert run(["show", "GF a", "--acceptance", "transition"]) == 0
         assert "a → 0 +0" in capsys.readouterr().out
 
+    def test_a_limit_on_the_time_of_a_file(self, capsys: pytest.CaptureFixture[str]) -> None:
+        ltlc.compile("X " * 300 + "a").save("a.hoa")
+        for options in (["-o", "a.json"], ["--json"], []):
+            assert run(["show", "a.hoa", "--timeout", "1e-9", *options]) == 3
+            assert "a.hoa is not done after 1e-09 s" in capsys.readouterr().err
+        assert not Path("a.json").exists()
+        assert run(["show", "a.hoa", "--timeout", "0"]) == 2
+
 
 class TestCheck:
+    def test_a_limit_on_time(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run(["check", "F a", "--word", "cycle{a}", "--timeout", "1e-9"]) == 3
+        assert "F a is not done after 1e-09 s" in capsys.readouterr().err
+
     @pytest.mark.parametrize(("word", "code"), [("a; b; cycle{!a}", 0), ("a; cycle{!a}", 1), ("cycle{a; b}", 0)])
     def test_formula_and_files_agree(self, word: str, code: int) -> None:
         formula = "G(a -> F b)"

@@ -13,11 +13,11 @@ from random_ltl import random_formula, random_nesting, random_task, random_word
 
 from ltlc.automata import equivalent_states
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
 from ltlc.ltl import Formula, LassoWord, parse, satisfies
 from ltlc.translate import translate
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Finite
 from ltlc.translate.decomposition import decompose
@@ -289,7 +289,7 @@ def test_determinization_keeps_the_language() -> None:
     for _ in range(400):
         automaton = random_buchi(rng)
         letters = (1 << automaton.n_letters) - 1
-        deterministic = determinize(automaton, Budget("random", 100_000, None))
+        deterministic = determinize(automaton, Budget("random", 100_000))
         assert_complete(deterministic, letters)
         forms = [deterministic, localized(deterministic), reduced(deterministic)]
         for _ in range(15):
@@ -313,7 +313,7 @@ def test_parity_means_that_the_least_priority_is_odd() -> None:
 
 
 def run_component(component: Finite | Breakpoint | Complement, letters: int) -> EmersonLei:
-    return combine((1,), [component], letters, Budget("component", 100_000, None))
+    return combine((1,), [component], letters, Budget("component", 100_000))
 
 
 def random_low(rng: random.Random, level: str) -> tuple[Formula, Closure]:
@@ -487,6 +487,6 @@ def test_colors_of_trivial_components_follow_their_successors() -> None:
 
 
 def test_budgets_narrow_but_do_not_widen() -> None:
-    budget = Budget("f", 10, None)
+    budget = Budget("f", 10)
     assert budget.within(5).max_states == 5
     assert budget.within(50).max_states == 10

@@ -14,6 +14,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.budget import check_time
 from ltlc.ltl.formula import Proposition
 
 IntArray = npt.NDArray[np.int32]
@@ -162,6 +163,7 @@ def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_letters: int) -
     """
     key = np.zeros(n_letters, dtype=np.int32)
     for column in columns:
+        check_time()
         code = _dense(np.asarray(column))
         key = _dense(key.astype(np.int64) * (int(code.max()) + 1) + code)
     first = first_positions(key)
@@ -240,6 +242,7 @@ def irredundant_cover(table: int, n_aps: int) -> list[tuple[tuple[int, bool], ..
         result = known.get((lower, upper, n))
         if result is not None:
             return result
+        check_time()
         n -= 1
         half = 1 << n
         mask = (1 << half) - 1

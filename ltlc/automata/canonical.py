@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time
 
 
 def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
@@ -20,6 +21,8 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
     order = [automaton.initial_state]
     number = {automaton.initial_state: 0}
     for state in order:  # grows while it is read
+        if not state & 255:
+            check_time()
         for target in rows[state]:
             if target not in number:
                 number[target] = len(order)

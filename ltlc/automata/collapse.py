@@ -15,6 +15,7 @@ from ltlc.automata.marks import simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
 from ltlc.automata.residuals import Part, Residuals, residuals
+from ltlc.budget import check_time
 
 MAX_NODES = 200
 """bound on the sets of edges, accepted or rejected, that the pairs of one component are made from."""
@@ -85,7 +86,7 @@ def given(automaton: RabinAutomaton, part: Part) -> Structure:
         fin, inf = automaton.fin[:, states], automaton.inf[:, states]
     else:
         tables = (table[:, states][:, :, columns] for table in (automaton.fin, automaton.inf))
-        fin, inf = (table.reshape(automaton.n_pairs, len(states) * len(columns)) for table in tables)
+        fin, inf = [table.reshape(automaton.n_pairs, len(states) * len(columns)) for table in tables]
     pairs = [LabelPair(_mask(f), _mask(i)) for f, i in zip(fin, inf, strict=True)]
     return Structure(part.residual_of, part.delta, tuple(pairs))
 
@@ -118,6 +119,7 @@ def assembled(found: Residuals, structures: Sequence[Structure]) -> RabinAutomat
     fin, inf = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
     delta = np.zeros((len(states), automaton.n_classes), dtype=np.int32)
     for q, (i, k) in enumerate(states):
+        check_time()
         if i < 0:
             delta[q] = [entry[target] for target in rows[k]]
             continue

@@ -15,9 +15,11 @@ import numpy.typing as npt
 from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
 from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_walk, exactly_one, only_first
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
 
+_ROWS_AT_ONCE = 1 << 16
 _SMALL_PRODUCT = 50_000
 """product edges up to which plain lists are faster than arrays."""
 
@@ -110,6 +112,8 @@ def _explored(
     number = {codes[0]: 0}
     delta: list[list[int]] = []
     for code in codes:  # grows while it is read
+        if not len(delta) & 255:
+            check_time()
         row = [p + q for p, q in zip(rows_a[code // n], rows_b[code % n], strict=True)]
         for target in row:
             if target not in number:
@@ -128,9 +132,14 @@ def _explored_in_layers(
     seen = layers[0]
     successors: list[npt.NDArray[np.int64]] = []
     while len(layers[-1]):
-        state_a, state_b = np.divmod(layers[-1], b.n_states)
-        successors.append(delta_a[state_a] * b.n_states + delta_b[state_b])
-        layers.append(np.setdiff1d(successors[-1], seen))
+        found = []
+        for first in range(0, len(layers[-1]), _ROWS_AT_ONCE):
+            check_time()
+            state_a, state_b = np.divmod(layers[-1][first : first + _ROWS_AT_ONCE], b.n_states)
+            successors.append(delta_a[state_a] * b.n_states + delta_b[state_b])
+            found.append(np.setdiff1d(successors[-1], seen))
+        layers.append(np.unique(np.concatenate(found)))
+        check_time()
         seen = np.union1d(seen, layers[-1])
     codes = np.concatenate(layers)
     order = np.argsort(codes)

@@ -11,6 +11,7 @@ from functools import partial
 from typing import NamedTuple
 
 from ltlc import graph
+from ltlc.budget import check_time
 
 MarkedGraph = Sequence[Sequence[tuple[int, int]]]
 Edge = tuple[int, int, int]
@@ -210,6 +211,7 @@ def _path(
     allowed: Callable[[Edge], bool] = lambda _: True,
 ) -> list[Edge]:
     """A shortest path of allowed edges from `start` whose last edge is a goal; the caller knows that there is one."""
+    check_time()
     arrival: dict[int, Edge | None] = {start: None}
     queue = [start]
     for node in queue:  # grows while it is read
@@ -260,10 +262,11 @@ def _clauses(condition: Condition) -> list[_Clause]:
             result = [_Clause(0, 0, ())]
             for part in parts:
                 choices = _clauses(part)
-                result = [
-                    _Clause(c.avoided | d.avoided, c.needed | d.needed, c.promises + d.promises)
-                    for c in result
-                    for d in choices
-                ]
+                before, result = result, []
+                for c in before:
+                    check_time()
+                    result += [
+                        _Clause(c.avoided | d.avoided, c.needed | d.needed, c.promises + d.promises) for d in choices
+                    ]
             return result
     return [_Clause(0, 0, ())] if condition else []

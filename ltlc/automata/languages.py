@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ltlc import graph
 from ltlc.automata.emptiness import accepting_nodes, exactly_one
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
+from ltlc.budget import check_time
 
 MAX_PRODUCT_EDGES = 500_000
 """bound on the product in which states of the same language are looked for."""
@@ -78,6 +79,8 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
     edges: list[list[tuple[int, int]]] = []
     told_apart: set[int] = set()
     for p, q in node:
+        if not len(edges) & 255:
+            check_time()
         steps = {
             (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
         }
@@ -150,6 +153,7 @@ def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64
     """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
     rows = np.arange(len(target))[:, None]
     for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
+        check_time()
         target, seen = target[rows, target], seen | seen[rows, target]
     on_cycle = seen[rows, target]
     pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))

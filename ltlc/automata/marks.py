@@ -17,6 +17,7 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, Some, accepting_parts
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time
 
 EdgePair = tuple[set[Edge], set[Edge]]
 """Fin and Inf edges of one pair in one strong component."""
@@ -45,6 +46,7 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
                 if on_states:
                     table[[target for _, target, _ in edges]] = True
                     continue
+                check_time()
                 for q in nodes if edges else ():
                     table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
     return replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
@@ -164,6 +166,7 @@ class Component:
         targets: set[int] = set()
         found: set[Edge] = set()
         for part in accepting_parts(rows, condition):
+            check_time()
             inside = {self.nodes[i] for i in part.nodes}
             targets |= inside
             if not self.on_states:

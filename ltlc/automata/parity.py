@@ -16,6 +16,7 @@ from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.automata.refinement import Refinement
 from ltlc.automata.state_based import to_transition_based
+from ltlc.budget import check_time
 from ltlc.errors import StateLimitExceeded
 
 Colours = dict[Edge, int]
@@ -198,6 +199,7 @@ def _product(
     delta: list[list[int]] = []
     table: list[list[int]] = []
     for state, record in copies:  # grows while it is read
+        check_time()
         row, seen = [], []
         for target, marks in zip(automaton.rows[state], automaton.edge_marks[state], strict=True):
             edge = (state, target, marks)

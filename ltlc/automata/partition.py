@@ -7,6 +7,8 @@ from collections.abc import Hashable, Iterable
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.budget import check_time
+
 IntArray = npt.NDArray[np.int32]
 
 
@@ -32,6 +34,7 @@ def refine(delta: IntArray, block: IntArray) -> IntArray:
     block = number_blocks(block.tolist())
     n_blocks = int(block.max()) + 1
     while True:
+        check_time()
         rows = block[delta]
         block = number_blocks((b, row.tobytes()) for b, row in zip(block.tolist(), rows, strict=True))
         if int(block.max()) + 1 == n_blocks:

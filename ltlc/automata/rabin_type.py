@@ -33,6 +33,7 @@ from ltlc.automata.emptiness import (
     accepting_walk,
     streett,
 )
+from ltlc.budget import check_time
 
 
 class LabelPair(NamedTuple):
@@ -147,6 +148,7 @@ def rabin_condition(
     done: set[int] = set()
     pairs: list[LabelPair] = []
     while todo:
+        check_time()
         accepted = todo.pop()
         if accepted in done:
             continue

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -13,37 +14,44 @@ from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.retarget import EFFORT, always, merge_by_trial
+from ltlc.automata.retarget import EFFORT, merge_by_trial
+from ltlc.errors import TimeLimitExceeded
 
 
-def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT, go_on: Callable[[], bool] = always) -> RabinAutomaton:
+def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
     """`settled`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
-        go_on: see `merge_by_trial`.
     """
     result = settled(automaton)
-    if effort <= 0 or is_smallest(result):
+    try:
+        if effort <= 0 or is_smallest(result):
+            return result
+    except TimeLimitExceeded:
         return result
-    smaller = merge_by_trial(result, effort, go_on)
+    smaller = merge_by_trial(result, effort)
     return result if smaller.n_states == result.n_states else settled(smaller)
 
 
 def settled(automaton: RabinAutomaton) -> RabinAutomaton:
     """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
 
-    One deadlock and one accepting sink remain at most.
+    One deadlock and one accepting sink remain at most. Where the time of the call is over, what is left is left out.
     """
-    result = canonical(automaton)
-    merged = merge_bisimilar(merge_equivalent(merge_bisimilar(result)))
-    result = simplify_marks(result if merged is result else canonical(merged))
-    while True:
-        merged = merge_bisimilar(result)
-        if merged is result:
-            return canonical(result)
-        result = simplify_marks(canonical(merged))
+    result = automaton
+    with suppress(TimeLimitExceeded):
+        result = numbered = canonical(automaton)
+        result = merge_bisimilar(numbered)
+        merged = merge_bisimilar(merge_equivalent(result))
+        result = numbered if merged is numbered else canonical(merged)
+        result = simplify_marks(result)
+        while (merged := merge_bisimilar(result)) is not result:
+            result = canonical(merged)
+            result = simplify_marks(result)
+        result = canonical(result)
+    return result
 
 
 def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:

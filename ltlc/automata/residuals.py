@@ -19,6 +19,7 @@ from ltlc.automata.canonical import canonical
 from ltlc.automata.partition import IntArray
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import CycleGraph
+from ltlc.budget import check_time
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,7 @@ class Part:
         number = {run: node for node, run in enumerate(order)}
         columns: list[dict[tuple[int, int], int]] = []
         for place, state in order:
+            check_time()
             row: dict[tuple[int, int], int] = {}
             for c, (target, marks) in enumerate(zip(self.delta[state], self.marks[state], strict=True)):
                 if target < 0:
@@ -144,6 +146,7 @@ def _part(automaton: RabinAutomaton, language: IntArray, members: Sequence[int])
     columns: dict[tuple[tuple[int, int], ...], int] = {}
     column = []
     for c in range(automaton.n_classes):
+        check_time()
         key = tuple(
             (index[automaton.rows[q][c]], automaton.edge_marks[q][c]) if automaton.rows[q][c] in index else (-1, 0)
             for q in states

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,6 +15,8 @@ from ltlc.automata.compare import distinguishing_letters
 from ltlc.automata.languages import can_decide_languages, equivalent_states
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time
+from ltlc.errors import TimeLimitExceeded
 
 EFFORT = 200_000
 """default bound on the number of product edges looked at."""
@@ -21,28 +24,31 @@ _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 
 
-def always() -> bool:
-    """There is no limit."""
-    return True
-
-
-def merge_by_trial(
-    automaton: RabinAutomaton, effort: int = EFFORT, go_on: Callable[[], bool] = always
-) -> RabinAutomaton:
+def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAutomaton:
     """Replace states by others with the same language, as long as the automaton keeps its language.
 
     Unlike `merge_equivalent` this merges inside a strong component, where equal languages are not enough: a run could
     be redirected for ever. So each replacement is tried, most similar states first, and decided exactly. States keep
-    their languages on the way, because what can follow a prefix is fixed by the language of the whole.
+    their languages on the way, because what can follow a prefix is fixed by the language of the whole. Where the time
+    of the call is over, what is merged stays so.
 
     Args:
         automaton: any Rabin automaton.
         effort: number of product edges after which no more is tried; 0 tries nothing.
-        go_on: asked before each attempt; no ends the search, and what is merged stays so.
     """
+    result = automaton
+    with suppress(TimeLimitExceeded):
+        for smaller in _merging(automaton, effort):
+            result = smaller
+    return result
+
+
+def _merging(automaton: RabinAutomaton, effort: int) -> Iterator[RabinAutomaton]:
+    """The automaton in canonical form, and after each merging."""
     current = canonical(automaton)
+    yield current
     if effort <= 0:
-        return current
+        return
     language = current.languages if can_decide_languages(current) else equivalent_states(current, effort)
     words: list[_Word] = []
     merged = True
@@ -51,20 +57,19 @@ def merge_by_trial(
         for old, new in _candidates(current, language):
             effort -= _COST_OF_WORD
             if effort < 0:
-                return current
+                return
+            check_time()
             if _refuted(current, old, new, words):
                 continue
-            if not go_on():
-                return current
             effort -= current.n_states * current.n_classes
             attempt = _redirected(current, old, new)
             found = distinguishing_letters(attempt, current)
             if found is None:
                 language = language[graph.reachable(attempt.delta, [attempt.initial_state])]
                 current, merged = canonical(attempt.keeping_languages(current)), True
+                yield current
                 break
             words.insert(0, _word(current, *found))
-    return current
 
 
 class _Word(NamedTuple):
@@ -78,9 +83,9 @@ class _Word(NamedTuple):
 def _word(automaton: RabinAutomaton, aps: Sequence[str], prefix: list[int], cycle: list[int]) -> _Word:
     """The word given over other propositions."""
     bits = [automaton.letter([name]) for name in aps]
-    prefix, cycle = (
+    prefix, cycle = [
         [sum(bit for i, bit in enumerate(bits) if letter >> i & 1) for letter in letters] for letters in (prefix, cycle)
-    )
+    ]
     return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 
 from ltlc.automata.collapse import Minimized, Structure, assembled, collapsed, given
 from ltlc.automata.lower_bound import part_lower_bound
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.residuals import Part, residuals
 from ltlc.automata.sat_search import Search, Word
+from ltlc.budget import time_limit
 from ltlc.errors import TimeLimitExceeded
 
 
@@ -27,34 +30,34 @@ def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Mini
     Raises:
         MissingProgramError: python-sat is not installed, and the lower bound does not settle the matter without it.
     """
-    deadline = None if timeout is None else time.monotonic() + timeout
-    found = residuals(automaton)
     on_states = automaton.acceptance == "state"
-    structures, bound = [], found.n_residuals
-    for i, part in enumerate(found.parts):
-        now = time.monotonic()
-        until = None if deadline is None else now + (deadline - now) / (len(found.parts) - i)
-        structure, least = _smallest(part, given(found.automaton, part), on_states, until)
-        structures.append(structure)
-        bound += least - len(part.residuals)
-    return Minimized(assembled(found, structures), bound)
+    try:
+        found = residuals(automaton)
+        structures = [given(found.automaton, part) for part in found.parts]
+        bound = found.n_residuals
+        deadline = math.inf if timeout is None else time.monotonic() + timeout
+        for i, part in enumerate(found.parts):
+            share = max(0.0, deadline - time.monotonic()) / (len(found.parts) - i)
+            structures[i], least = _smallest(part, structures[i], on_states, share)
+            bound += least - len(part.residuals)
+        return Minimized(assembled(found, structures), bound)
+    except TimeLimitExceeded:  # of the caller
+        return Minimized(automaton, 1)
 
 
-def _smallest(part: Part, current: Structure, on_states: bool, deadline: float | None) -> tuple[Structure, int]:
+def _smallest(part: Part, current: Structure, on_states: bool, seconds: float) -> tuple[Structure, int]:
     """A smallest structure for a part, or the given one; and a lower bound on the number of its states."""
     least = part_lower_bound(part, on_states)
     single = collapsed(part, on_states)
     if single is not None:
         return single, least
     words: Sequence[Word] = ()
-    while least < len(current.step):
-        try:
+    with suppress(TimeLimitExceeded), time_limit("a smallest component", seconds):
+        while least < len(current.step):
             search = Search(part, least, on_states, words)
-            structure = search.run(deadline)
-        except TimeLimitExceeded:
-            return current, least
-        if structure is not None:
-            return structure, len(structure.step)
-        words = tuple(search.words)
-        least += 1
+            structure = search.run()
+            if structure is not None:
+                return structure, len(structure.step)
+            words = tuple(search.words)
+            least += 1
     return current, least

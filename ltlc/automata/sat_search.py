@@ -17,7 +17,6 @@ References:
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
 from itertools import combinations, pairwise, permutations, product
@@ -27,7 +26,8 @@ from ltlc import graph
 from ltlc.automata.collapse import Structure
 from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
 from ltlc.automata.residuals import Part
-from ltlc.errors import MissingProgramError, TimeLimitExceeded
+from ltlc.budget import check_time
+from ltlc.errors import MissingProgramError
 
 _SOLVER = "glucose4"
 _CONFLICTS = 2000
@@ -92,18 +92,17 @@ class Search:
                 self._activate(column)
             self._add(word)
 
-    def run(self, deadline: float | None = None) -> Structure | None:
+    def run(self) -> Structure | None:
         """A component, or None if there is none.
 
         Raises:
-            TimeLimitExceeded: the deadline, as of `time.monotonic`, is over.
+            TimeLimitExceeded: the time of the call is over.
         """
-        while self._solve(deadline):
+        while self._solve():
             candidate = self._candidate()
             cycles = self.part.cycle_graph(candidate.step, candidate.residual_of, self.on_states)
             found = rabin_condition(cycles)
-            if deadline is not None and time.monotonic() > deadline:
-                raise TimeLimitExceeded("no smaller automaton found, and none excluded, in the time given")
+            check_time()
             if not isinstance(found, Conflict):
                 return self._strong(candidate)
             # Short words over few columns exclude most.
@@ -120,14 +119,13 @@ class Search:
             assert len(self.words) > n_known
         return None
 
-    def _solve(self, deadline: float | None) -> bool:
+    def _solve(self) -> bool:
         while True:
             self._solver.conf_budget(_CONFLICTS)
             answer = self._solver.solve_limited()
             if answer is not None:
                 return bool(answer)
-            if deadline is not None and time.monotonic() > deadline:
-                raise TimeLimitExceeded("no smaller automaton found, and none excluded, in the time given")
+            check_time()
 
     # Variables and clauses
 
@@ -280,6 +278,7 @@ class Search:
         """A rejected cycle that has a chosen label of an accepted one has a label that the accepted one has not."""
         if not rejected.kinds <= accepted.kinds:
             return
+        check_time()
         outside = []
         for label, literal in rejected.labels.items():
             differs = self._variable()
@@ -300,6 +299,7 @@ class Search:
             residual, here = word.residual, [self._true if j == i else -self._true for j in range(self.n_copies)]
             for _ in range(self.n_copies):
                 for c in word.columns:
+                    check_time()
                     target = self.part.step[residual][c]
                     following = self._next(residual, here, c)
                     if not self.on_states:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from itertools import permutations
 
@@ -15,7 +16,9 @@ from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.reduce import reduce, settled
-from ltlc.automata.retarget import EFFORT, always
+from ltlc.automata.retarget import EFFORT
+from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
+from ltlc.errors import LimitExceeded, TimeLimitExceeded
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
@@ -28,40 +31,50 @@ def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
     return replace(automaton, fin=automaton.edge_fin, inf=automaton.edge_inf, acceptance="transition")
 
 
-def to_state_based(
-    automaton: RabinAutomaton, *, effort: int = EFFORT, go_on: Callable[[], bool] = always
-) -> RabinAutomaton:
+def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: Budget = NO_LIMIT) -> RabinAutomaton:
     """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
     A state is split by the marks of the transitions that enter it from its own strong component; other transitions
     enter any copy. Before, marks that do not matter are chosen such that few states are split: the marks of one group
     of transitions into a state become those of another wherever no cycle changes its acceptance. The second attempt
     also leaves out a mark that the state before carries: a run takes it just as often infinitely often, and the copies
-    have more in common.
+    have more in common. Where the time of the call is over, states are split once, with the marks that there are.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`.
-        go_on: asked before the second attempt, and as by `merge_by_trial`.
+        budget: on the states before they are reduced.
+
+    Raises:
+        StateLimitExceeded: there are more.
+        TimeLimitExceeded: overtime did not suffice.
     """
     if automaton.acceptance == "state":
-        return reduce(automaton, effort=effort, go_on=go_on)
-    simple = simplify_marks(canonical(automaton))
+        return reduce(automaton, effort=effort)
+    simple = automaton
+    with suppress(TimeLimitExceeded):
+        simple = simplify_marks(canonical(automaton))
+    with overtime(Overtime.SPLIT):
+        parts = list(components(simple))
     marks: dict[Edge, int] = {}
-    for component in components(simple):
+    for component in parts:
         marks.update(_even_marks(component))
-    best = settled(_split(simple, marks))
-    if go_on() and not is_smallest(best):
-        best = min(best, settled(_split(simple, marks, once=True)), key=lambda a: a.n_states)
-    return reduce(best, effort=effort, go_on=go_on)
+    with overtime(Overtime.SPLIT):
+        split = _split(simple, marks, budget)
+    best = settled(split)
+    with suppress(LimitExceeded):
+        if not is_smallest(best):
+            best = min(best, settled(_split(simple, marks, budget, once=True)), key=lambda a: a.n_states)
+    return reduce(best, effort=effort)
 
 
-def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = False) -> RabinAutomaton:
+def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], budget: Budget, once: bool = False) -> RabinAutomaton:
     """States are (state, marks on entry).
 
     Args:
         automaton: with acceptance on transitions.
         marks: new marks of the edges inside strong components; the others have none.
+        budget: on the states.
         once: leave out marks on entry that the state before has.
     """
     copies: dict[int, set[int]] = defaultdict(set)
@@ -75,6 +88,8 @@ def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], once: bool = Fa
     number = {order[0]: 0}
     delta: list[list[int]] = []
     for state, carried in order:  # grows while it is read
+        budget.check_size(len(order))
+        budget.check_table(len(order), automaton.n_classes)
         delta.append([])
         for target, old in zip(rows[state], old_marks[state], strict=True):
             entry = marks.get((state, target, old))
@@ -107,18 +122,20 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     into: dict[int, list[Edge]] = defaultdict(list)
     for edge in component.edges:
         into[edge[1]].append(edge)
-    budget = MAX_EDGES_CHECKED
+    to_check = MAX_EDGES_CHECKED
     differ = exactly_one(component.n_pairs, component.n_pairs)
-    for edges in into.values():
-        merged = True
-        while merged and budget > 0:
-            merged = False
-            for old, new in permutations(sorted({marks[edge] for edge in edges}), 2):
-                attempt = marks | {edge: new for edge in edges if marks[edge] == old}
-                budget -= len(marks)
-                if _same_acceptance(component, attempt, differ):
-                    marks, merged = attempt, True
-                    break
+    with suppress(TimeLimitExceeded):
+        for edges in into.values():
+            merged = True
+            while merged and to_check > 0:
+                merged = False
+                for old, new in permutations(sorted({marks[edge] for edge in edges}), 2):
+                    check_time()
+                    attempt = marks | {edge: new for edge in edges if marks[edge] == old}
+                    to_check -= len(marks)
+                    if _same_acceptance(component, attempt, differ):
+                        marks, merged = attempt, True
+                        break
     return marks
 
 

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from ltlc.compiler import DRA
 
 
-def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence[str], as_json: bool) -> int:
+def compile_file(
+    source: str, translate: Callable[[str], DRA], targets: Sequence[str], as_json: bool, timeout: float | None
+) -> int:
     """Compile the formulas of a file one after the other.
 
     Each result is on standard output before the next formula is read. Files are written at the end, complete: an
@@ -28,11 +30,13 @@ def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence
         translate: from the text of one formula to its automaton.
         targets: .hoa files, and `-` for standard output, which is also meant when there are none.
         as_json: print a summary per line instead of HOA.
+        timeout: seconds that one formula may take, from its text to that of its automaton; None for no limit.
 
     Returns:
         The exit code: 2 if a line failed, else 0.
     """
     from ltlc.atomic import atomic_write_all
+    from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.errors import LtlcError
     from ltlc.ltl import read_formulas
 
@@ -42,16 +46,20 @@ def compile_file(source: str, translate: Callable[[str], DRA], targets: Sequence
     with _opened(source) as lines:
         for number, text in read_formulas(lines):
             try:
-                dra = translate(text)
+                with time_limit(text, timeout):
+                    dra = translate(text)
+                    with overtime(Overtime.WRITE):
+                        hoa = dra.to_hoa() if files or not as_json else ""
+                        summary = json.dumps(as_data(dra), ensure_ascii=False) if as_json else ""
             except LtlcError as error:
                 code = complain(f"{_named(source)}: {_on_line(error, number)}")
                 continue
             if files:
-                collected.append(dra.to_hoa())
+                collected.append(hoa)
             if as_json:
-                print(json.dumps(as_data(dra), ensure_ascii=False), flush=True)
+                print(summary, flush=True)
             elif not files or "-" in targets:
-                write_bytes(dra.to_hoa().encode("utf-8"))
+                write_bytes(hoa.encode("utf-8"))
     stream = "".join(collected)
     atomic_write_all(dict.fromkeys(map(Path, files), stream))
     return code

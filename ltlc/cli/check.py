@@ -25,6 +25,7 @@ def check(
             "--word", "-w", metavar="WORD", help="Letters and a cycle, as in 'a; b & c; cycle{!a}'. May be repeated."
         ),
     ],
+    timeout: flags.Timeout = None,
     json_: flags.Json = False,
 ) -> None:
     """Decide whether infinite words satisfy a formula or are accepted by an automaton.
@@ -38,20 +39,24 @@ def check(
       ltlc check "G(a -> F b)" --word "a; b; cycle{!a}"
       ltlc check dra.json -w "cycle{goal}" -w "trap; cycle{goal}"
     """
+    from ltlc.budget import time_limit
+    from ltlc.compiler import Options
     from ltlc.ltl import Formula, Proposition, parse, parse_word, propositions
 
-    given = given_automaton(source)
-    subject = parse(given) if isinstance(given, str) else given
-    known = propositions(subject) if isinstance(subject, Formula) else subject.aps
-    verdicts = []
-    for argument in word:
-        text = formula_text(argument)
-        lasso = parse_word(text)
-        strange = {name for letter in lasso.letters for name in letter} - set(known)
-        if strange:
-            names = ", ".join(str(Proposition(name)) for name in sorted(strange))
-            complain(f"warning: nothing in {source} depends on {names}")
-        verdicts.append((" ".join(text.split()), *_judge(subject, lasso, known)))
+    Options(timeout=timeout).check()
+    with time_limit(source, timeout):
+        given = given_automaton(source)
+        subject = parse(given) if isinstance(given, str) else given
+        known = propositions(subject) if isinstance(subject, Formula) else subject.aps
+        verdicts = []
+        for argument in word:
+            text = formula_text(argument)
+            lasso = parse_word(text)
+            strange = {name for letter in lasso.letters for name in letter} - set(known)
+            if strange:
+                names = ", ".join(str(Proposition(name)) for name in sorted(strange))
+                complain(f"warning: nothing in {source} depends on {names}")
+            verdicts.append((" ".join(text.split()), *_judge(subject, lasso, known)))
     if json_:
         entries = [dict(zip(("word", "accepted", "violated"), verdict, strict=True)) for verdict in verdicts]
         print(json.dumps(entries, ensure_ascii=False, indent=2))

@@ -47,8 +47,9 @@ def compile_(
 
     With -F the automata are written as a stream of HOA, in the order of the
     formulas; a line that fails is reported with its number, the rest goes on,
-    and the exit code is 2. Interrupted, standard output has the automata so
-    far; files of -o are as they were, since they appear at the end.
+    and the exit code is 2. The limits hold for each line. Interrupted, standard
+    output has the automata so far; files of -o are as they were, since they
+    appear at the end.
 
     \b
     Examples:
@@ -57,6 +58,7 @@ def compile_(
       ltlc compile -F formulas.txt --acceptance transition > automata.hoa
       echo "GF a -> GF b" | ltlc compile - --json
     """
+    from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.compiler import compile
 
     def translated(text: str) -> DRA:
@@ -78,12 +80,16 @@ def compile_(
         raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
     check_targets(targets)
     if formula is not None:
-        _one(translated(formula_text(formula)), targets, form or "hoa", json_)
+        text = formula_text(formula)
+        with time_limit(text, timeout):
+            dra = translated(text)
+            with overtime(Overtime.WRITE):
+                _one(dra, targets, form or "hoa", json_)
         return
     if form not in (None, "hoa") or any(target != "-" and not target.endswith(".hoa") for target in targets):
         raise InvalidArgumentError("-F writes a stream of automata, which only HOA can hold")
     assert formulas is not None
-    raise typer.Exit(compile_file(formulas, translated, targets, json_))
+    raise typer.Exit(compile_file(formulas, translated, targets, json_, timeout))
 
 
 def _one(dra: DRA, targets: list[str], form: Format, json_: bool) -> None:

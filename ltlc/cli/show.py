@@ -25,7 +25,8 @@ def show(
 ) -> None:
     """Summarise an automaton on the terminal, and draw it with -o.
 
-    Acceptance, translator and limits matter only where SOURCE is a formula.
+    Acceptance, translator and the limit on states matter only where SOURCE is a
+    formula.
 
     \b
     Examples:
@@ -33,17 +34,21 @@ def show(
       ltlc show dra.hoa -o dra.svg
       ltlc show "GF a -> GF b" --acceptance transition
     """
-    from ltlc.compiler import compile
+    from ltlc.budget import Overtime, overtime, time_limit
+    from ltlc.compiler import Options, compile
 
     targets = output or []
     if json_ and "-" in targets:
         raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
     check_targets(targets)
-    dra = given_automaton(source)
-    if isinstance(dra, str):
-        dra = compile(dra, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
-    write_targets(dra, targets)
-    if json_:
-        print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))
-    elif "-" not in targets:
-        print_summary(dra)
+    Options(timeout=timeout).check()
+    with time_limit(source, timeout):
+        dra = given_automaton(source)
+        if isinstance(dra, str):
+            dra = compile(dra, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
+        with overtime(Overtime.WRITE):
+            write_targets(dra, targets)
+            if json_:
+                print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))
+            elif "-" not in targets:
+                print_summary(dra)

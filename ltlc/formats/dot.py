@@ -12,6 +12,7 @@ from html import escape
 
 from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.formats.edges import Edge, arrows, hidden_states, state_marks
 
 PAIR_COLORS = ("#0068a8", "#c44e00", "#7b3f9e", "#8f6a00", "#b02a5b", "#2f6f6f")
@@ -93,6 +94,7 @@ class _Drawing:
         width = _GUARD_WIDTH if self.n_shown <= _MAX_STATES_SIDEWAYS else _NARROW_GUARD_WIDTH
         result = []
         for (source, target), parallel in arrows(self.automaton, self.hidden).items():
+            check_time()
             rows = ""
             for edge in parallel:
                 guard = guard_text(self.automaton, edge.classes)

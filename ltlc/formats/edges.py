@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.formula import And, Constant, Formula, Iff, Implies, Not, Or, Proposition, Xor
 from ltlc.ltl.traversal import postorder
@@ -45,6 +46,7 @@ def edges(automaton: RabinAutomaton) -> list[Edge]:
     on_edges = automaton.acceptance == "transition"
     result: list[Edge] = []
     for source, row in enumerate(automaton.delta.tolist()):
+        check_time()
         groups: dict[tuple[int, tuple[int, ...], tuple[int, ...]], list[int]] = {}
         for c in order:
             fin = _indices(automaton.fin[:, source, c]) if on_edges else ()
@@ -103,6 +105,7 @@ def letters_of(guard: Formula, atom: Callable[[str], int], n_aps: int) -> int:
     universe = all_letters(n_aps)
     value: dict[Formula, int] = {}
     for node in postorder(guard):
+        check_time()
         args = [value[child] for child in node.args]
         match node:
             case Constant():
@@ -159,6 +162,8 @@ def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence
     taken = {guard: np.flatnonzero(_column(guard, n_aps)[smallest]) for guard in distinct}
     table = np.full((n_states, smallest.size), -1, dtype=np.int32)
     for edge, (source, guard) in enumerate(zip(sources, guards, strict=True)):
+        if not edge & 255:
+            check_time()
         table[source, taken[guard]] = edge
     return letter_class, table
 

@@ -8,6 +8,7 @@ References:
 from __future__ import annotations
 
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.formats.edges import edges, state_marks
 from ltlc.version import __version__
 
@@ -45,6 +46,7 @@ def _body(automaton: RabinAutomaton) -> list[str]:
     lines: list[str] = []
     n_listed = 0
     for edge in edges(automaton):
+        check_time()
         if edge.source == n_listed:
             name = "" if automaton.state_names is None else " " + _string(automaton.state_names[n_listed])
             lines.append(f"State: {n_listed}{name}{_marks(*state_marks(automaton, n_listed))}")

@@ -21,9 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ltlc.automata.rabin import BoolArray, RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.errors import StateLimitExceeded
 from ltlc.ltl.formula import TRUE, And, Formula, Or, Proposition
 from ltlc.ltl.traversal import postorder
+
+_MANY = 64
+"""A comparison with more than so many terms asks for the time."""
 
 MAX_TERMS = 1024
 """Terms of the largest disjunctive normal form that is built."""
@@ -92,6 +96,8 @@ def _any_of(parts: Iterable[Terms]) -> Terms:
     """The disjunction, without terms that another one makes superfluous."""
     kept: list[Term] = []
     for term in (term for part in parts for term in part):
+        if len(kept) > _MANY:
+            check_time()
         if not any(other <= term for other in kept):
             kept = [other for other in kept if not term <= other]
             kept.append(term)
@@ -130,6 +136,7 @@ def with_rabin_pairs(
     fin = np.zeros((len(terms), *everything.shape), dtype=np.bool_)
     rounds: list[list[BoolArray]] = []
     for i, term in enumerate(terms):
+        check_time()
         for atom in term:
             if not atom.is_inf:
                 fin[i] |= members(atom)
@@ -164,6 +171,7 @@ def _with_counters(skeleton: RabinAutomaton, fin: BoolArray, rounds: Sequence[Se
     delta: list[list[int]] = []
     completed: list[list[tuple[bool, ...]]] = []
     for q, counters in queue:
+        check_time()
         row: list[int] = []
         done_row: list[tuple[bool, ...]] = []
         for c in range(n_classes):

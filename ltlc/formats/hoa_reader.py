@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from ltlc.automata.rabin import MAX_APS, BoolArray, RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, letters_of, letters_with, tabulate
 from ltlc.formats.hoa_acceptance import MAX_TERMS, Atom, Terms, TooManyTermsError, atoms_of, terms_of, with_rabin_pairs
@@ -120,6 +121,7 @@ class _Reader:
         try:
             self._read_header(parse_header(self.piece.text, self.piece.body))
             for state in parse_body(self.piece.text, self.piece.body):
+                check_time()
                 self._read_state(state)
         except HoaSyntaxError as error:
             self._fail(error.position, error.message)

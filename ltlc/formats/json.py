@@ -16,6 +16,7 @@ import numpy as np
 
 from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import MAX_APS, Acceptance, BoolArray, IntArray, RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.errors import FileFormatError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
 from ltlc.version import __version__
@@ -65,6 +66,7 @@ def _transitions(automaton: RabinAutomaton) -> list[dict[str, Any]]:
     known: dict[tuple[int, ...], str] = {}
     result = []
     for edge in edges(automaton):
+        check_time()
         guard = known.get(edge.classes)
         if guard is None:
             guard = known[edge.classes] = guard_text(automaton, edge.classes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time
 from ltlc.formats.edges import arrows, hidden_states, state_marks
 
 _CLASSES = (
@@ -25,6 +26,7 @@ def to_mermaid(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str
     lines += ["flowchart LR", f"  start(( )) ==> q{automaton.initial_state}"]
     lines += [_node(automaton, q) for q in shown]
     for (source, target), parallel in arrows(automaton, hidden).items():
+        check_time()
         rows = [guard_text(automaton, edge.classes) + _marks(edge.fin, edge.inf) for edge in parallel]
         lines.append(f'  q{source} -->|"{"<br/>".join(map(_entities, rows))}"| q{target}')
     lines.append("  style start fill:none,stroke:none")

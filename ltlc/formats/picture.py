@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import check_time, time_left
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.dot import FONT, to_dot
 
@@ -65,15 +66,12 @@ def draw(source: str, kind: str) -> bytes:
     Raises:
         MissingProgramError: neither is installed, or there is only the package, which makes no PDF.
     """
-    import graphviz
-
     if kind == "png":
         # Not in the text itself, because in an SVG the resolution scales the drawing out of its frame.
         source = source.replace("{", f"{{\n  graph [dpi={_PNG_RESOLUTION}]", 1)
     try:
-        picture: bytes = graphviz.pipe("dot", kind, source.encode("utf-8"), quiet=True)
-        return picture
-    except graphviz.ExecutableNotFound:
+        return _drawn("dot", source, kind)
+    except FileNotFoundError:
         substitute = _substitute()
     if substitute is None or kind == "pdf":
         found = "" if substitute is None else "the package graphviz-pure draws .svg and .png, but no .pdf, and "
@@ -86,10 +84,25 @@ def draw(source: str, kind: str) -> bytes:
     text = source.replace(f'fontname="{FONT}"', f'fontname="{_PACKAGED_FONT}"')
     if kind == "png":
         text = text.translate(_IN_PACKAGED_FONT)
-    drawn = subprocess.run(
-        [substitute, f"-T{kind}"], input=text.encode("utf-8"), capture_output=True, check=True
-    ).stdout
+    drawn = _drawn(substitute, text, kind)
     return drawn.replace(f'font-family="{_PACKAGED_FONT}"'.encode(), f'font-family="{FONT}"'.encode())
+
+
+def _drawn(program: str, source: str, kind: str) -> bytes:
+    """What a program of Graphviz prints.
+
+    Raises:
+        FileNotFoundError: there is no such program.
+        TimeLimitExceeded: the time of the call was over before.
+    """
+    check_time()
+    try:
+        return subprocess.run(
+            [program, f"-T{kind}"], input=source.encode("utf-8"), capture_output=True, check=True, timeout=time_left()
+        ).stdout
+    except subprocess.TimeoutExpired:
+        check_time()
+        raise
 
 
 def _substitute() -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ltlc.budget import check_time
 from ltlc.ltl.formula import (
     EVENTUAL,
     FALSE,
@@ -88,6 +89,8 @@ class Implications:
         if depth == 0 or self._budget == 0:
             return False
         self._budget -= 1
+        if not self._budget & 63:
+            check_time()
         # No answer depends on itself: each step takes an operator off f or g.
         result = self._by_connectives(f, g, depth - 1) or self._by_operators(f, g, depth - 1)
         self._known[f, g] = result

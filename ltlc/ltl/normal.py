@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ltlc.budget import check_time
 from ltlc.ltl.formula import (
     FALSE,
     NORMAL,
@@ -55,6 +56,8 @@ def nnf(formula: Formula) -> Formula:
         signed = stack.pop()
         if signed is None:
             ready, operator, operands = waiting.pop()
+            if not len(done) & 255:
+                check_time()
             done[ready] = _rebuild(operator, [done[operand] for operand in operands])
         elif signed not in done:
             result, operands = _resolve(*signed)
@@ -116,6 +119,8 @@ def _chain(node: Formula, positive: bool, connective: type[Formula]) -> list[_Si
     while pending:
         part, sign = pending.pop()
         operator = type(part)
+        if operands and not len(operands) & 255:
+            check_time()
         if operator is Not:
             pending.append((part.args[0], not sign))
         elif operator in _CHAINED and ((operator is And) == sign) == (connective is And):

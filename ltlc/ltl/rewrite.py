@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from ltlc.budget import check_time
 from ltlc.ltl.formula import LITERAL, Formula
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.normal import nnf
@@ -61,6 +62,8 @@ def simplify(formula: Formula) -> Formula:
                 stack.append((child, child))
         if len(stack) > height:
             continue
+        if not steps & 15:
+            check_time()
         better: Formula | None
         if same:
             better = _first_rewrite(node, known) if steps > 0 else None

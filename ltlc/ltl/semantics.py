@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from ltlc.budget import check_time
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl.formula import (
     Always,
@@ -90,6 +91,7 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
     start = len(word.prefix)
     values: dict[Formula, Sequence[bool]] = {}
     for node in postorder(formula):
+        check_time()
         operands = [values[child] for child in node.args]
         if isinstance(node, Proposition):
             values[node] = [node.name in letter for letter in letters]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Literal, Protocol, Self
 
+from ltlc.budget import check_time
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl.dialects import RESERVED
 
@@ -154,6 +155,8 @@ def write(formula: Node, style: Style) -> str:
         if isinstance(item, str):
             pieces.append(item)
             continue
+        if not len(pieces) % 1024:
+            check_time()
         node, least = item
         operator = node.symbol
         if operator == "proposition":

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator
 from typing import Protocol, Self, TypeVar
 
+from ltlc.budget import check_time
+
 
 class Node(Hashable, Protocol):
     """A node of a directed acyclic graph, such as a `Formula`."""
@@ -33,6 +35,8 @@ def postorder(formula: N) -> Iterator[N]:
             yield waiting.pop()
         elif node not in seen:
             seen.add(node)
+            if not len(seen) % 1024:
+                check_time()
             if node.args:
                 waiting.append(node)
                 stack.append(None)
@@ -61,6 +65,8 @@ def fold(
         node = stack.pop()
         if node is None:
             node = waiting.pop()
+            if not len(done) % 1024:
+                check_time()
             done[node] = compute(node, [done[child] for child in node.args])
         elif node not in done:
             if node.args and (within is None or isinstance(node, within)):

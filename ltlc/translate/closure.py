@@ -18,9 +18,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import reduce
 
+from ltlc.budget import Budget, check_time
 from ltlc.ltl import Formula
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 from ltlc.translate.letters import Letters
 from ltlc.translate.nodes import Nodes
 
@@ -29,6 +29,8 @@ Derivative = dict[Obligation, int]
 
 TRUE: Obligation = (0,)
 FALSE: Obligation = ()
+_MANY = 16
+"""A loop over more than so many things asks for the time itself."""
 
 
 class Closure(Nodes):
@@ -51,6 +53,7 @@ class Closure(Nodes):
         self._against: list[int] = []
         self._atoms = 0
         self._registered: set[int] = set()
+        self._registered_finite: set[int] = set()
 
     # -- atoms --------------------------------------------------------------------------------------------------------
 
@@ -70,11 +73,14 @@ class Closure(Nodes):
 
     def register_finite_parts(self, node: int) -> None:
         """`register` the finite part of every subformula."""
-        self.register(self.finite_part(node))
-        for arg in self.nodes[node].args:
-            self.register_finite_parts(arg)
+        if node not in self._registered_finite:
+            self._registered_finite.add(node)
+            self.register(self.finite_part(node))
+            for arg in self.nodes[node].args:
+                self.register_finite_parts(arg)
 
     def _register_atom(self, node: int) -> None:
+        check_time()
         while len(self._up) < len(self.nodes):
             self._up.append(0)
             self._against.append(0)
@@ -129,8 +135,7 @@ class Closure(Nodes):
         key = (True, f, g) if f < g else (True, g, f)
         known = self._combined.get(key)
         if known is None:
-            clauses = {c for a in f for b in g if (c := self._clause(a | b)) is not None}
-            known = self._combined[key] = self._antichain(clauses)
+            known = self._combined[key] = self._antichain(self._joined(f, g))
         return known
 
     def either(self, f: Obligation, g: Obligation) -> Obligation:
@@ -144,6 +149,15 @@ class Closure(Nodes):
         if known is None:
             known = self._combined[key] = self._antichain({*f, *g})
         return known
+
+    def _joined(self, f: Obligation, g: Obligation) -> set[int]:
+        """Every clause of f together with every clause of g."""
+        clauses: set[int] = set()
+        for a in f:
+            if len(f) > _MANY or len(g) > _MANY:
+                check_time()
+            clauses.update([c for b in g if (c := self._clause(a | b)) is not None])
+        return clauses
 
     def _clause(self, clause: int) -> int | None:
         """The clause without atoms that others of it imply, or None if it contradicts itself."""
@@ -163,6 +177,8 @@ class Closure(Nodes):
         kept: list[int] = []
         for c in sorted(clauses, key=lambda c: (c.bit_count(), c)):
             closed = up[c]
+            if len(kept) > _MANY:
+                check_time()
             if not any(d & ~closed == 0 for d in kept):
                 kept = [d for d in kept if c & ~up[d]]
                 kept.append(c)
@@ -181,7 +197,7 @@ class Closure(Nodes):
         """What remains to be satisfied after one letter: a partition of the letters."""
         known = self._after.get(f)
         if known is None:
-            self.budget.check_time()
+            check_time()
             if f in (TRUE, FALSE):
                 known = {f: self.letters.all}
             else:
@@ -212,7 +228,7 @@ class Closure(Nodes):
             return self._either_after(self.derivative(args[0]), again)
         if kind == "G":
             return self._both_after(self.derivative(args[0]), again)
-        left, right = map(self.derivative, args)
+        left, right = self.derivative(args[0]), self.derivative(args[1])
         if kind in "UW":  # f U g = g | (f & X(f U g))
             return self._either_after(right, self._both_after(left, again))
         return self._both_after(right, self._either_after(left, again))  # f R g = g & (f | X(f R g))
@@ -228,10 +244,12 @@ class Closure(Nodes):
     ) -> Derivative:
         merged: Derivative = {}
         for a, letters_a in f.items():
+            if len(g) > _MANY:
+                check_time()
             for b, letters_b in g.items():
                 common = letters_a & letters_b
                 if common:
                     c = combine(a, b)
                     merged[c] = merged.get(c, 0) | common
-        self.budget.check_moves(len(merged))
+        self.budget.check_moves(len(merged), self.letters.n_classes)
         return merged

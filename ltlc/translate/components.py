@@ -16,10 +16,13 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Protocol
 
+from ltlc.budget import check_time
 from ltlc.translate.bitset import bits
 from ltlc.translate.closure import FALSE, TRUE, Closure, Obligation
 from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, negation
 
+_MANY = 16
+"""A loop over more than so many moves asks for the time itself."""
 Successors = list[tuple[int, Hashable, int]]
 
 
@@ -95,11 +98,13 @@ class Breakpoint:
             ]
         result: Successors = []
         for following, letters in self._closure.after(whole).items():
+            if len(due_after) > _MANY:
+                check_time()
             for remaining, due_letters in due_after.items():
                 common = letters & due_letters
                 if common:
                     result.append((common, *self._next(following, remaining)))
-        self._closure.budget.check_moves(len(result))
+        self._closure.budget.check_moves(len(result), self._closure.letters.n_classes)
         return result
 
     def _next(self, whole: Obligation, due: Obligation) -> tuple[Hashable, int]:

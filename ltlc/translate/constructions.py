@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from ltlc.budget import Budget
 from ltlc.errors import InvalidArgumentError
-from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
 from ltlc.translate.emerson_lei import EmersonLei

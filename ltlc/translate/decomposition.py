@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from functools import reduce
 
-from ltlc.translate.budget import Budget
+from ltlc.budget import Budget, check_time
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Component, Finite, Successors
 from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, EmersonLei, complement, reduced
@@ -20,6 +20,7 @@ def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, li
     known: dict[int, Skeleton] = {}
 
     def skeleton(node: int) -> Skeleton:
+        check_time()
         node = distributed(closure, node)
         kind, args, _ = closure.nodes[node]
         if kind not in "&|" or closure.level(node) in ("sigma1", "pi1"):
@@ -39,6 +40,7 @@ def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, li
 
 def distributed(closure: Closure, node: int) -> int:
     """The node with a disjunction or conjunction under its temporal operator pulled out, where the law allows it."""
+    check_time()
     kind, args, _ = closure.nodes[node]
     if kind in "&|" or kind == "letters" or closure.level(node) in ("sigma1", "pi1"):
         return node
@@ -63,7 +65,11 @@ _DISTRIBUTES = {
 
 
 def _both(a: Skeleton, b: Skeleton) -> Skeleton:
-    return antichain({x | y for x in a for y in b})
+    clauses: set[int] = set()
+    for x in a:
+        check_time()
+        clauses.update([x | y for y in b])
+    return antichain(clauses)
 
 
 def _either(a: Skeleton, b: Skeleton) -> Skeleton:

@@ -17,13 +17,15 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Final, NamedTuple, TypeVar
 
 from ltlc import graph
+from ltlc.budget import NO_LIMIT, Budget, check_time
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 
 Acceptance = tuple[tuple[int, int], ...]
 State = TypeVar("State", bound=Hashable)
 ALWAYS: Acceptance = ((0, 0),)
 NEVER: Acceptance = ()
+_MANY = 16
+"""A loop over more than so many clauses asks for the time itself."""
 
 
 class Edge(NamedTuple):
@@ -82,6 +84,8 @@ def simplify(clauses: Iterable[tuple[int, int]]) -> Acceptance:
     """Without contradictory and subsumed clauses, sorted."""
     kept: list[tuple[int, int]] = []
     for fin, inf in sorted(set(clauses), key=lambda c: (c[0].bit_count() + c[1].bit_count(), c)):
+        if kept and not len(kept) & 63:
+            check_time()
         if not fin & inf and not any(f & ~fin == 0 and i & ~inf == 0 for f, i in kept):
             kept.append((fin, inf))
     return tuple(sorted(kept))
@@ -89,7 +93,12 @@ def simplify(clauses: Iterable[tuple[int, int]]) -> Acceptance:
 
 def conjunction(a: Acceptance, b: Acceptance) -> Acceptance:
     """Both conditions hold."""
-    return simplify((f | g, i | j) for f, i in a for g, j in b)
+    clauses: set[tuple[int, int]] = set()
+    for f, i in a:
+        if len(b) > _MANY:
+            check_time()
+        clauses.update([(f | g, i | j) for g, j in b])
+    return simplify(clauses)
 
 
 def disjunction(a: Acceptance, b: Acceptance) -> Acceptance:
@@ -128,16 +137,21 @@ def explore(
     number = {initial: 0}
     states = [initial]
     edges: list[list[Edge]] = []
+    n_edges = widest = 0
     for state in states:  # grows while it is read
+        check_time()
         moves = []
         for letters, target, marks in sorted(successors(state), key=_least_letter):
             index = number.get(target)
             if index is None:
                 index = number[target] = len(states)
                 states.append(target)
-                budget.check_size(len(states))
+                budget.check_states(len(states))
             moves.append((letters, index, marks))
         edges.append(merged(moves))
+        n_edges += len(edges[-1])
+        widest = max(widest, max((edge.letters for edge in edges[-1]), default=0).bit_length())
+        budget.check_sets(n_edges, widest)
     return states, edges
 
 
@@ -170,6 +184,8 @@ def localized(automaton: EmersonLei) -> EmersonLei:
     possible, certain = [0] * n_components, [-1] * n_components
     for q, edges in enumerate(automaton.edges):
         here = component[q]
+        if not q & 15:
+            check_time()
         for edge in edges:
             if component[edge.target] == here:
                 possible[here] |= edge.marks
@@ -184,6 +200,8 @@ def localized(automaton: EmersonLei) -> EmersonLei:
                 useful[here] |= fin | inf
     kept = []
     for q, edges in enumerate(automaton.edges):
+        if not q & 15:
+            check_time()
         here = component[q]
         moves = ((e.letters, e.target, e.marks & useful[here] if component[e.target] == here else 0) for e in edges)
         kept.append(tuple(merged(moves)))
@@ -198,10 +216,12 @@ def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[i
     block = _number(initial)
     n_blocks = max(block) + 1
     while True:
-        signatures = [
-            (block[q], frozenset(_letters_by_move([(e.letters, block[e.target], e.marks) for e in out]).items()))
-            for q, out in enumerate(edges)
-        ]
+        signatures: list[object] = []
+        for q, out in enumerate(edges):
+            if not q & 255:
+                check_time()
+            moves = _letters_by_move([(e.letters, block[e.target], e.marks) for e in out])
+            signatures.append((block[q], frozenset(moves.items())))
         block = _number(signatures)
         if max(block) + 1 == n_blocks:
             return block
@@ -219,7 +239,7 @@ def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
     def successors(b: int) -> Iterable[tuple[int, int, int]]:
         return ((e.letters, block[e.target], e.marks) for e in automaton.edges[first[b]])
 
-    blocks, edges = explore(block[0], successors, _NO_LIMIT)
+    blocks, edges = explore(block[0], successors, NO_LIMIT)
     return EmersonLei(tuple(map(tuple, edges)), tuple(automaton.acceptance[first[b]] for b in blocks))
 
 
@@ -241,6 +261,8 @@ def minimized_weak(automaton: EmersonLei) -> EmersonLei:
     members = graph.component_members(component)
     color = [0] * len(members)
     for c in reversed(range(len(members))):
+        if not c & 255:
+            check_time()
         limit, cyclic = 2 * len(members), False
         for edge in (edge for q in members[c] for edge in automaton.edges[q]):
             if component[edge.target] == c:
@@ -257,6 +279,3 @@ def minimized_weak(automaton: EmersonLei) -> EmersonLei:
 def _number(values: Sequence[object]) -> list[int]:
     numbers: dict[object, int] = {}
     return [numbers.setdefault(value, len(numbers)) for value in values]
-
-
-_NO_LIMIT = Budget("", 1 << 62, None)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ltlc.automata.alphabet import grouped, proposition_table
 from ltlc.automata.rabin import MAX_APS
+from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder
 
@@ -54,6 +55,7 @@ def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
     maximal: dict[Formula, None] = {}
     for f in postorder(formula):
         if type(f) in _BOOLEAN and all(arg in truth for arg in f.args):
+            check_time()
             truth[f] = _truth(f, truth, aps)
             maximal[f] = None
             for arg in f.args:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import reduce
 from typing import NamedTuple
 
+from ltlc.budget import check_time
 from ltlc.ltl import (
     Always,
     And,
@@ -67,6 +68,8 @@ class Nodes:
         self._number: dict[Node, int] = {}
         self._implies: dict[tuple[int, int], bool] = {}
         self._level: dict[int, int] = {}
+        self._negation: dict[int, int] = {}
+        self._finite_part: dict[int, int] = {}
         self.root = self._compile(formula)
 
     def _compile(self, formula: Formula) -> int:
@@ -106,6 +109,7 @@ class Nodes:
                 return zero
             kept: list[int] = []
             for a in flat:
+                check_time()
                 if not any(self._absorbs(kind, b, a) for b in kept):
                     kept = [*(b for b in kept if not self._absorbs(kind, a, b)), a]
             return self.node(kind, *kept) if kept else unit
@@ -142,19 +146,29 @@ class Nodes:
 
     def negation(self, node: int) -> int:
         """The node of the negated subformula, again in negation normal form."""
-        kind, args, letters = self.nodes[node]
-        if kind == "letters":
-            return self.node(kind, letters=self.letters.all & ~letters)
-        return self.node(_DUAL[kind], *map(self.negation, args))
+        known = self._negation.get(node)
+        if known is None:
+            kind, args, letters = self.nodes[node]
+            if kind == "letters":
+                known = self.node(kind, letters=self.letters.all & ~letters)
+            else:
+                known = self.node(_DUAL[kind], *map(self.negation, args))
+            self._negation[node] = known
+        return known
 
     def finite_part(self, node: int) -> int:
         """The node with every greatest fixpoint (G, R, W) that is not co-safety taken as satisfied."""
-        kind, args, _ = self.nodes[node]
-        if self._levels(node) & 1:
-            return node
-        if kind in "GRW":
-            return self.node("letters", letters=self.letters.all)
-        return self.node(kind, *map(self.finite_part, args))
+        known = self._finite_part.get(node)
+        if known is None:
+            kind, args, _ = self.nodes[node]
+            if self._levels(node) & 1:
+                known = node
+            elif kind in "GRW":
+                known = self.constant(True)
+            else:
+                known = self.node(kind, *map(self.finite_part, args))
+            self._finite_part[node] = known
+        return known
 
     def level(self, node: int) -> str:
         """The lowest class of the syntactic hierarchy: "sigma1", "pi1", "sigma2", "pi2", or "" above these.
@@ -178,8 +192,18 @@ class Nodes:
         return self._is_combination(node, lambda part: bool(self.level(part)))
 
     def _is_combination(self, node: int, holds: Callable[[int], bool]) -> bool:
-        kind, args, _ = self.nodes[node]
-        return holds(node) or (kind in "&|" and all(self._is_combination(arg, holds) for arg in args))
+        """Whether it is a Boolean combination of nodes for which that holds; each is asked once."""
+        todo, seen = [node], {node}
+        while todo:
+            check_time()
+            part = todo.pop()
+            kind, args, _ = self.nodes[part]
+            if not holds(part):
+                if kind not in "&|":
+                    return False
+                todo += [arg for arg in args if arg not in seen]
+                seen.update(args)
+        return True
 
     def _is_fairness(self, node: int) -> bool:
         kind, args, _ = self.nodes[node]
@@ -209,6 +233,8 @@ class Nodes:
         known = self._implies.get(key)
         if known is None:
             self._implies[key] = False  # no rule needs itself
+            if not len(self._implies) & 63:
+                check_time()
             known = self._implies[key] = self._implies_by_shape(f, g)
         return known
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ltlc.budget import check_time
 from ltlc.errors import StateLimitExceeded
 from ltlc.translate.closure import Closure
 
@@ -28,6 +29,7 @@ def normal_form(closure: Closure, node: int) -> int:
     Raises:
         StateLimitExceeded: more than `_MAX_GUESSED` fixpoints would have to be guessed.
     """
+    check_time()
     if closure.level(node):
         return node
     kind, args, _ = closure.nodes[node]
@@ -46,6 +48,7 @@ def _guessed(closure: Closure, node: int) -> int:
     guesses = []
     for often in _subsets(least):
         for always in _subsets(greatest):
+            check_time()
             guess = _Guess(closure, frozenset(often), frozenset(always))
             guesses.append(closure.make("&", guess.sigma2(node), guess.checked()))
     return closure.make("|", *guesses)
@@ -68,6 +71,7 @@ class _Guess:
 
     def sigma2(self, node: int) -> int:
         """The formula, where what is asked of the far future is answered by the guess."""
+        check_time()
         closure = self._closure
         if closure.level(node) in ("sigma1", "pi1", "sigma2"):
             return node
@@ -83,6 +87,7 @@ class _Guess:
 
     def pi1(self, node: int) -> int:
         """Least fixpoints are weakened if guessed to hold infinitely often, else false."""
+        check_time()
         closure = self._closure
         if closure.level(node) == "pi1" or closure.is_plain(node):
             return node
@@ -96,6 +101,7 @@ class _Guess:
 
     def sigma1(self, node: int) -> int:
         """Greatest fixpoints are true if guessed to hold almost always, else strengthened."""
+        check_time()
         closure = self._closure
         if closure.level(node) == "sigma1":
             return node
@@ -114,6 +120,7 @@ def _asked(closure: Closure, node: int) -> tuple[list[int], list[int]]:
     greatest: dict[int, None] = {}
 
     def in_sigma2(node: int) -> None:
+        check_time()
         if closure.level(node) not in ("sigma1", "pi1", "sigma2"):
             kind, args, _ = closure.nodes[node]
             for arg in args:
@@ -122,6 +129,7 @@ def _asked(closure: Closure, node: int) -> tuple[list[int], list[int]]:
                 in_pi1(args[kind == "R"])
 
     def in_pi1(node: int) -> None:
+        check_time()
         if closure.level(node) != "pi1" and not closure.is_plain(node):
             kind, args, _ = closure.nodes[node]
             if kind in LEAST and node not in least:
@@ -131,6 +139,7 @@ def _asked(closure: Closure, node: int) -> tuple[list[int], list[int]]:
                 in_pi1(arg)
 
     def in_sigma1(node: int) -> None:
+        check_time()
         if closure.level(node) != "sigma1":
             kind, args, _ = closure.nodes[node]
             if kind in GREATEST and node not in greatest:

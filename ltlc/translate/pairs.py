@@ -25,12 +25,14 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.alphabet import grouped
 from ltlc.automata.rabin import RabinAutomaton
+from ltlc.budget import Budget, check_time
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 from ltlc.translate.emerson_lei import ALWAYS, Acceptance, Edge, EmersonLei, explore, holds, merged, negation
 from ltlc.translate.letters import Letters
 
 _MAX_CYCLE_NODES = 2000
+_PAIRS_PER_ENTRY = 16
+"""The marks of so many pairs take the memory of one entry in the table of next states, as lists and as arrays."""
 
 
 class InnerEdge(NamedTuple):
@@ -146,17 +148,23 @@ class CycleDecomposition:
         """The largest strongly connected sets of edges whose cycles, taken together, have the wanted status."""
         found: dict[frozenset[int], None] = {}
         for fin, _ in ways:
+            check_time()
             kept = sorted(e for e in edges if not self._edges[e].marks & fin)
             for part in _strong_edge_sets(kept, self._edges):
                 if self._accepts(part) == wanted:
                     found[part] = None
-        maximal = [p for p in found if not any(p < other for other in found)]
+        maximal = []
+        for p in found:
+            check_time()
+            if not any(p < other for other in found):
+                maximal.append(p)
         return sorted(maximal, key=lambda p: (-len(p), sorted(p)))
 
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
         leaves = 0
         for q in states:
+            check_time()
             leaves += sum(
                 q in node.states and not any(q in self._nodes[c].states for c in self._children[i])
                 for i, node in enumerate(self._nodes)
@@ -222,7 +230,7 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
             [Edge(e.letters, e.target, int(accepting[q] and component[e.target] == component[q])) for e in out]
             for q, out in enumerate(automaton.edges)
         ]
-        return _as_arrays(weak_edges, 1, letters)
+        return _as_arrays(weak_edges, 1, letters, budget)
     memories: list[Memory] = [
         _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
     ]
@@ -246,7 +254,7 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
         edges = [merged((e.letters, e.target, move(q, 0, e)[1]) for e in out) for q, out in enumerate(automaton.edges)]
     else:
         _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
-    return _as_arrays(edges, n_pairs, letters)
+    return _as_arrays(edges, n_pairs, letters, budget)
 
 
 def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], parity: bool) -> Memory:
@@ -267,22 +275,24 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
     return decomposition if parity or decomposition.size(members) <= counters.size(members) else counters
 
 
-def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters) -> RabinAutomaton:
+def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters, budget: Budget) -> RabinAutomaton:
     """Dense tables over the coarsest letter classes that the edges respect."""
     distinct = list(dict.fromkeys(e.letters for out in edges for e in out))
     block_of, block_sets = grouped(distinct, letters.n_classes)
     n_blocks = int(block_of.max()) + 1
+    budget.check_table(len(edges), n_blocks * max(1, n_pairs // _PAIRS_PER_ENTRY))
     columns = dict(zip(distinct, map(bits, block_sets), strict=True))
     targets = [[0] * n_blocks for _ in edges]
     seen = [[0] * n_blocks for _ in edges]
     for out, target_row, seen_row in zip(edges, targets, seen, strict=True):
+        check_time()
         for letter_set, target, marks in out:
             for i in columns[letter_set]:
                 target_row[i], seen_row[i] = target, marks
     table = np.array(seen, dtype=np.int64 if n_pairs <= 31 else object)
-    fin, inf = (
-        np.array([table >> shift & 1 for shift in range(first, first + n_pairs)], dtype=np.bool_)
-        for first in (n_pairs, 0)
-    )
+    fin, inf = np.empty((n_pairs, *table.shape), dtype=np.bool_), np.empty((n_pairs, *table.shape), dtype=np.bool_)
+    for i in range(n_pairs):
+        check_time()
+        fin[i], inf[i] = table >> (n_pairs + i) & 1, table >> i & 1
     delta = np.array(targets, dtype=np.int32)
     return RabinAutomaton(letters.aps, delta, block_of[letters.letter_class], fin, inf, acceptance="transition")

@@ -14,15 +14,16 @@ from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.reduce import settled
 from ltlc.automata.retarget import EFFORT
 from ltlc.automata.sat_minimize import minimize
+from ltlc.budget import Budget, Overtime, check_time, has_time, overtime, time_limit
 from ltlc.errors import (
     DepthLimitExceeded,
     InvalidArgumentError,
+    LimitExceeded,
     StateLimitExceeded,
     TimeLimitExceeded,
     UnknownNameError,
 )
 from ltlc.ltl import Formula, propositions, simplify
-from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced
@@ -44,7 +45,8 @@ _SLACK = 60
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SAT_SECONDS = 30.0
-"""The search for a smaller automaton goes on for this time at most."""
+_SAT_SHARE = 0.9
+"""The search for a smaller automaton goes on for this time at most, and this share of what is left."""
 
 
 class Problem(NamedTuple):
@@ -120,21 +122,34 @@ def translate(
     if effort not in ("fast", "default", "best"):
         raise InvalidArgumentError(f"effort is {effort!r}; it can be 'fast', 'default' or 'best'")
     text = str(formula) if text is None else text
-    budget = Budget(text, max_states, timeout)
-    simple = simplify(formula)
-    problem = Problem(simple, letters_of(simple, propositions(formula)), effort, acceptance)
-    try:
-        best = _best(problem, budget, translator)
-    except RecursionError:  # the nodes of a closure recurse, each level in a few calls
-        raise DepthLimitExceeded(
-            f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by sys.setrecursionlimit"
-        ) from None
-    automaton = best.automaton if acceptance == "transition" else _state_based(best, problem, budget)
-    budget.check_states(automaton.n_states)
-    if effort == "best":
-        seconds = _SAT_SECONDS if budget.remaining is None else min(_SAT_SECONDS, budget.remaining)
-        automaton = minimize(automaton, timeout=seconds).automaton
-    return automaton.described(text, best.translator)
+    with time_limit(text, timeout) as limit:
+        budget = Budget(text, max_states)
+        simple = simplify(formula)
+        problem = Problem(simple, letters_of(simple, propositions(formula)), effort, acceptance)
+        try:
+            best = _best(problem, budget, translator)
+            automaton = _tidied(best.automaton, Overtime.REDUCE)
+            if acceptance == "state":
+                automaton = _state_based(best._replace(automaton=automaton), problem, budget)
+                automaton = _tidied(automaton, Overtime.REDUCE_AGAIN)
+        except RecursionError:  # the nodes of a closure recurse, each level in a few calls
+            raise DepthLimitExceeded(
+                f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by"
+                " sys.setrecursionlimit"
+            ) from None
+        budget.check_states(automaton.n_states)
+        if effort == "best":
+            left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
+            automaton = minimize(automaton, timeout=min(_SAT_SECONDS, left)).automaton
+        return automaton.described(text, best.translator)
+
+
+def _tidied(automaton: RabinAutomaton, stage: Overtime) -> RabinAutomaton:
+    """The automaton; if the time was over before it was as small as it can be, reduced in a little overtime."""
+    if has_time():
+        return automaton
+    with overtime(stage):
+        return settled(automaton)
 
 
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
@@ -144,28 +159,39 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, go_on=budget.has_time)
-    if automaton.n_pairs == 1:
-        return canonical(split(automaton))
-    # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
-    closure = problem.closure(budget)
+    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, budget=budget)
+    chain = None
+    if automaton.n_pairs > 1:
+        # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
+        try:
+            closure = problem.closure(budget)
+            emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
+            chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+            if not has_time() or _n_copies(automaton) > _PATIENCE * chain.n_states:
+                return _canonical(chain)
+        except LimitExceeded:
+            pass
     try:
-        emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-        chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
-    except TimeLimitExceeded:
-        return canonical(split(automaton))
-    if budget.has_time() and sum(len(entered) for entered in _marks_on_entry(automaton)) <= _PATIENCE * chain.n_states:
-        chain = min(split(automaton), chain, key=lambda a: a.n_states)
-    return canonical(chain)
+        plain = split(automaton)
+    except LimitExceeded:
+        if chain is None:
+            raise
+        return _canonical(chain)
+    return _canonical(plain if chain is None or plain.n_states <= chain.n_states else chain)
 
 
-def _marks_on_entry(automaton: RabinAutomaton) -> list[set[int]]:
-    """Per state, the different marks with which edges enter it."""
+def _canonical(automaton: RabinAutomaton) -> RabinAutomaton:
+    with overtime(Overtime.SPLIT):
+        return canonical(automaton)
+
+
+def _n_copies(automaton: RabinAutomaton) -> int:
+    """Number of pairs of a state and the marks with which an edge enters it."""
     marks: list[set[int]] = [set() for _ in range(automaton.n_states)]
     for targets, row in zip(automaton.delta.tolist(), automaton.edge_marks, strict=True):
         for target, mark in zip(targets, row, strict=True):
             marks[target].add(mark)
-    return marks
+    return sum(map(len, marks))
 
 
 def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
@@ -184,9 +210,10 @@ def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
             try:
                 found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
                 is_first, best = best is None, _smaller(best or found, found)
+                check_time()
                 if problem.effort != "fast":
                     found = found._replace(least=best.least)
-                    best = _smaller(best, _improved(found, problem.acceptance, budget, prove=is_first))
+                    best = _smaller(best, _improved(found, problem.acceptance, prove=is_first))
             except TimeLimitExceeded:
                 if best is None:
                     raise
@@ -222,19 +249,20 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     automaton = rabin_automaton(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, least=automaton.n_states)
-    budget.check_time()
     automaton = settled(automaton)
-    least = automaton.n_languages if can_decide_languages(automaton) else 1
+    try:
+        least = automaton.n_languages if can_decide_languages(automaton) else 1
+    except TimeLimitExceeded:
+        least = 1
     return Candidate(automaton, construction.name, weak=False, least=least)
 
 
-def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bool) -> Candidate:
+def _improved(found: Candidate, wanted: Acceptance, *, prove: bool) -> Candidate:
     """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
 
     Args:
         found: what a construction gave.
         wanted: acceptance of the final automaton; many pairs split states if it is on states.
-        budget: checked between the steps.
         prove: whether to look for a proof that there are no smaller automata; it depends on the language alone.
     """
     automaton, least = found.automaton, found.least
@@ -243,9 +271,8 @@ def _improved(found: Candidate, wanted: Acceptance, budget: Budget, *, prove: bo
         least = max(least, collapsed.lower_bound)
         if wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton):
             automaton = collapsed.automaton
-    budget.check_time()
     if automaton.n_states > least:
-        merged = merge_by_trial(automaton, go_on=budget.has_time)
+        merged = merge_by_trial(automaton)
         if merged.n_states < automaton.n_states:
             automaton = settled(merged)
     return found._replace(automaton=automaton, least=least)

@@ -16,8 +16,8 @@ from collections.abc import Hashable, Iterable, Sequence
 from functools import reduce
 
 from ltlc import graph
+from ltlc.budget import Budget, check_time
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 from ltlc.translate.components import Component, Successors
 from ltlc.translate.emerson_lei import (
     ALWAYS,
@@ -92,17 +92,20 @@ class _Product:
     def _moves(self, state: ProductState, resting: int) -> list[tuple[int, ProductState, int]]:
         skeleton, states = state
         relevant = _mentioned(skeleton)
+        n_letters = self.letters.bit_length()
         partial: list[tuple[int, list[Hashable], int]] = [(self.letters, list(states), 0)]
         for i in bits(relevant & ~resting):
             shift = self._first_mark[i]
             ways = self._successors(i, states[i])
-            partial = [
-                (common, [*targets[:i], target, *targets[i + 1 :]], marks | more << shift)
-                for letters, targets, marks in partial
-                for letters_i, target, more in ways
-                if (common := letters & letters_i)
-            ]
-            self.budget.check_moves(len(partial))
+            before, partial = partial, []
+            for letters, targets, marks in before:
+                partial += [
+                    (common, [*targets[:i], target, *targets[i + 1 :]], marks | more << shift)
+                    for letters_i, target, more in ways
+                    if (common := letters & letters_i)
+                ]
+                self.budget.check_moves(len(partial), n_letters)
+            check_time()
         return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
 
     def _successors(self, component: int, state: Hashable) -> Successors:
@@ -148,4 +151,10 @@ def assign(skeleton: Skeleton, component: int, value: bool) -> Skeleton:
 
 def antichain(clauses: set[int]) -> Skeleton:
     """The clauses that no other clause implies, sorted."""
-    return tuple(sorted(c for c in clauses if not any(d != c and d & ~c == 0 for d in clauses)))
+    kept: list[int] = []
+    for c in sorted(clauses, key=int.bit_count):
+        if kept and not len(kept) & 63:
+            check_time()
+        if not any(d & ~c == 0 for d in kept):
+            kept.append(c)
+    return tuple(sorted(kept))

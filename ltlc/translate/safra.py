@@ -19,7 +19,7 @@ References:
 from __future__ import annotations
 
 from ltlc.automata.buchi import BuchiAutomaton
-from ltlc.translate.budget import Budget
+from ltlc.budget import Budget, check_time
 from ltlc.translate.emerson_lei import Acceptance, EmersonLei, explore
 
 Path = tuple[int, ...]
@@ -39,7 +39,8 @@ def determinize(automaton: BuchiAutomaton, budget: Budget) -> EmersonLei:
 
     def successors(state: MacroState) -> list[tuple[int, MacroState, int]]:
         moves = []
-        for letters in _indistinguishable(automaton, state[0], everything):
+        for letters in _indistinguishable(automaton, state[0], everything, budget):
+            check_time()
             following, priority = _step(automaton, state, letters)
             moves.append((letters, following, 0 if priority is None else 1 << priority))
         return moves
@@ -55,10 +56,12 @@ def parity(n_priorities: int) -> Acceptance:
     return tuple(sorted(((1 << p) - 1 & even, 1 << p) for p in range(1, n_priorities, 2)))
 
 
-def _indistinguishable(automaton: BuchiAutomaton, places: Places, letters: int) -> list[int]:
+def _indistinguishable(automaton: BuchiAutomaton, places: Places, letters: int, budget: Budget) -> list[int]:
     """The coarsest partition of the letters that the edges of these states respect."""
     blocks = [letters]
     for letter_set in dict.fromkeys(edge.letters for q, _ in places for edge in automaton.edges[q]):
+        check_time()
+        budget.check_moves(len(blocks), automaton.n_letters)
         blocks = [part for b in blocks for part in (b & letter_set, b & ~letter_set) if part]
     return blocks
 

@@ -15,10 +15,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.budget import Budget, check_time
 from ltlc.translate.bitset import bits
-from ltlc.translate.budget import Budget
 from ltlc.translate.closure import Closure
 from ltlc.translate.emerson_lei import explore
+
+_MANY = 64
+"""A comparison with more than so many moves asks for the time."""
 
 
 class Move(NamedTuple):
@@ -102,7 +105,7 @@ class _Tableau:
             return [*self.unfold(args[0]), *delay]
         if kind == "G":
             return self._both(self.unfold(args[0]), delay)
-        left, right = map(self.unfold, args)
+        left, right = self.unfold(args[0]), self.unfold(args[1])
         if kind in "UW":
             return [*right, *self._both(left, delay)]
         return self._both(right, [*left, *delay])
@@ -114,6 +117,8 @@ class _Tableau:
         """
         moves: dict[tuple[int, int], int] = {}
         for a in left:
+            self._budget.check_size(len(moves))
+            self._budget.check_sets(len(moves), self._closure.letters.n_classes)
             for b in right:
                 letters = a.letters & b.letters
                 if letters:
@@ -128,6 +133,8 @@ def _undominated(moves: list[Move], closure: Closure) -> list[Move]:
     kept: list[Move] = []
     for move in sorted(moves, key=lambda m: (m.clause.bit_count() + m.delayed.bit_count(), m.clause, m.delayed)):
         letters, clause, delayed = move
+        if len(kept) > _MANY:
+            check_time()
         for other in kept:
             if not other.clause & ~clause and not other.delayed & ~delayed:
                 letters &= ~other.letters
