@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -124,6 +126,33 @@ def test_the_core_passes_its_tests(site: Path, tmp_path: Path) -> None:
 def test_the_same_bytes_as_pure_python(site: Path) -> None:
     formulas = json.dumps([text for texts in families().values() for text in texts])
     assert output(site, DIGEST, formulas) == output(ROOT, DIGEST, formulas)
+
+
+def test_no_iterator_is_unpacked_in_a_compiled_module() -> None:
+    """There the error of an iterator is taken for its end: "not enough values to unpack", whatever it was."""
+    tree = ast.parse((ROOT / "setup.py").read_text(encoding="utf-8"))
+    table = next(node for node in tree.body if ast.unparse(node).startswith("COMPILED = "))
+    assert isinstance(table, ast.Assign)
+    compiled: dict[str, tuple[str, ...]] = ast.literal_eval(table.value)
+    unpacked = [
+        f"{folder}/{name}.py:{value.lineno}: {ast.unparse(value)}"
+        for folder, names in compiled.items()
+        for name in names
+        for targets, value in assignments(ast.parse((ROOT / folder / f"{name}.py").read_text(encoding="utf-8")))
+        if isinstance(value, ast.GeneratorExp)
+        or (isinstance(value, ast.Call) and ast.unparse(value.func) in ("map", "zip", "filter", "iter", "reversed"))
+        if any(isinstance(target, ast.Tuple | ast.List) for target in targets)
+    ]
+    assert not unpacked
+
+
+def assignments(tree: ast.Module) -> Iterator[tuple[list[ast.expr], ast.expr]]:
+    """The targets and the value of each assignment, and of each loop over such values written out."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign):
+            yield node.targets, node.value
+        elif isinstance(node, ast.For | ast.comprehension) and isinstance(node.iter, ast.GeneratorExp | ast.ListComp):
+            yield [node.target], node.iter.elt
 
 
 @pytest.mark.slow
