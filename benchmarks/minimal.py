@@ -18,9 +18,10 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from ltlc.automata import RabinAutomaton, collapse, equivalent, minimize
+from ltlc.automata import RabinAutomaton, equivalent
 from ltlc.errors import LimitExceeded
 from ltlc.ltl import parse
+from ltlc.minimize import collapse, minimize
 from ltlc.translate import translate
 
 

@@ -18,16 +18,12 @@ from ltlc.automata import (
     equivalent_states,
     included,
     is_empty,
-    merge_bisimilar,
-    merge_by_trial,
-    merge_equivalent,
-    reduce,
     simplify_marks,
-    to_state_based,
     to_transition_based,
 )
 from ltlc.automata.compare import distinguishing_letters
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError
+from ltlc.minimize import merge_bisimilar, merge_by_trial, merge_equivalent, reduce, to_state_based
 
 
 def complement_by_letters(a: RabinAutomaton) -> RabinAutomaton:

@@ -12,12 +12,13 @@ from itertools import count
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton, equivalent, parity_colours, to_parity, to_state_based
+from ltlc.automata import RabinAutomaton, equivalent, parity_colours, to_parity
 from ltlc.automata.rabin import Acceptance
 from ltlc.budget import Overtime, check_time, has_time, overtime, time_left, time_limit
 from ltlc.errors import InvalidArgumentError, LimitExceeded, StateLimitExceeded, TimeLimitExceeded
 from ltlc.formats import from_hoa, from_json, to_dot, to_hoa, to_json, to_mermaid
 from ltlc.ltl import Formula, Proposition, Xor, parse, parse_word, satisfies
+from ltlc.minimize import to_state_based
 from ltlc.translate import TRANSLATORS, translate
 
 TICK = 0.01

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton, equivalent, merge_by_trial
+from ltlc.automata import RabinAutomaton, equivalent
 from ltlc.automata.rabin import Acceptance
 from ltlc.budget import time_limit
 from ltlc.errors import (
@@ -25,6 +25,7 @@ from ltlc.errors import (
     UnknownNameError,
 )
 from ltlc.ltl import parse
+from ltlc.minimize import merge_by_trial
 from ltlc.translate import TRANSLATORS, translate
 
 THESIS = {

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from random_automata import random_automata
 
-from ltlc.automata import RabinAutomaton, collapse, equivalent, lower_bound, minimize
+from ltlc.automata import RabinAutomaton, equivalent
 from ltlc.automata.rabin import Acceptance
 from ltlc.errors import MissingProgramError
 from ltlc.ltl import parse
+from ltlc.minimize import collapse, lower_bound, minimize
 from ltlc.translate import translate
 
 PHI = {

@@ -11,7 +11,7 @@ from ltlc.automata.emptiness import Edge
 from ltlc.automata.marks import Component, components
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.refinement import Refinement
-from ltlc.automata.state_based import to_transition_based
+from ltlc.automata.transition_based import to_transition_based
 
 
 def limit_deterministic(automaton: RabinAutomaton) -> Refinement:

@@ -15,7 +15,7 @@ from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.automata.refinement import Refinement
-from ltlc.automata.state_based import to_transition_based
+from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
 from ltlc.errors import StateLimitExceeded
 

@@ -8,12 +8,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ltlc.automata import canonical, collapse, merge_by_trial, to_state_based
+from ltlc.automata import canonical
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
-from ltlc.automata.reduce import settled
-from ltlc.automata.retarget import EFFORT
-from ltlc.automata.sat_minimize import minimize
 from ltlc.budget import Budget, Overtime, check_time, has_time, overtime, time_limit
 from ltlc.errors import (
     DepthLimitExceeded,
@@ -24,6 +21,10 @@ from ltlc.errors import (
     UnknownNameError,
 )
 from ltlc.ltl import Formula, propositions, simplify
+from ltlc.minimize import collapse, merge_by_trial, to_state_based
+from ltlc.minimize.merge_by_trial import EFFORT
+from ltlc.minimize.reduce import settled
+from ltlc.minimize.sat_minimize import minimize
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.emerson_lei import reduced

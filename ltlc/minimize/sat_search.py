@@ -23,11 +23,11 @@ from itertools import combinations, pairwise, permutations, product
 from typing import Any, NamedTuple
 
 from ltlc import graph
-from ltlc.automata.collapse import Structure
 from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
-from ltlc.automata.residuals import Part
 from ltlc.budget import check_time
 from ltlc.errors import MissingProgramError
+from ltlc.minimize.collapse import Structure
+from ltlc.minimize.residuals import Part
 
 _SOLVER = "glucose4"
 _CONFLICTS = 2000

@@ -12,23 +12,16 @@ import numpy as np
 
 from ltlc.automata.canonical import canonical
 from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_one
-from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.reduce import reduce, settled
-from ltlc.automata.retarget import EFFORT
 from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
+from ltlc.minimize.lower_bound import is_smallest
+from ltlc.minimize.merge_by_trial import EFFORT
+from ltlc.minimize.reduce import reduce, settled
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
-
-
-def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
-    """The same automaton with the marks of each state on the transitions into it."""
-    if automaton.acceptance == "transition":
-        return automaton
-    return replace(automaton, fin=automaton.edge_fin, inf=automaton.edge_inf, acceptance="transition")
 
 
 def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: Budget = NO_LIMIT) -> RabinAutomaton:

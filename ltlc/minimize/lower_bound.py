@@ -5,7 +5,7 @@ from __future__ import annotations
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
-from ltlc.automata.residuals import Part, residuals
+from ltlc.minimize.residuals import Part, residuals
 
 _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""

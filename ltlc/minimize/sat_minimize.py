@@ -7,13 +7,13 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 
-from ltlc.automata.collapse import Minimized, Structure, assembled, collapsed, given
-from ltlc.automata.lower_bound import part_lower_bound
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.residuals import Part, residuals
-from ltlc.automata.sat_search import Search, Word
 from ltlc.budget import time_limit
 from ltlc.errors import TimeLimitExceeded
+from ltlc.minimize.collapse import Minimized, Structure, assembled, collapsed, given
+from ltlc.minimize.lower_bound import part_lower_bound
+from ltlc.minimize.residuals import Part, residuals
+from ltlc.minimize.sat_search import Search, Word
 
 
 def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Minimized:

@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.canonical import canonical
-from ltlc.automata.lower_bound import part_lower_bound
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
-from ltlc.automata.residuals import Part, Residuals, residuals
 from ltlc.budget import check_time
+from ltlc.minimize.lower_bound import part_lower_bound
+from ltlc.minimize.residuals import Part, Residuals, residuals
 
 MAX_NODES = 200
 """bound on the sets of edges, accepted or rejected, that the pairs of one component are made from."""

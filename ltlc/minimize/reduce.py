@@ -10,12 +10,12 @@ import numpy as np
 
 from ltlc.automata.canonical import canonical
 from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, equivalent_states
-from ltlc.automata.lower_bound import is_smallest
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.partition import IntArray, number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.automata.retarget import EFFORT, merge_by_trial
 from ltlc.errors import TimeLimitExceeded
+from ltlc.minimize.lower_bound import is_smallest
+from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 
 
 def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
