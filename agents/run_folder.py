@@ -112,7 +112,6 @@ class RunConfig:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
         kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "on_termination": str, "num_envs": int,
                  "agent": str}  # fmt: skip
-        values = {"on_termination": "cut", **values}  # what runs did that do not say
         fields = {key: values[key] for key in kinds}
         for key, kind in kinds.items():
             if not isinstance(fields[key], kind):

@@ -17,12 +17,14 @@ import pytest
 
 from ltlc.agents import DoubleDQN, runtime
 from ltlc.agents.pictures import waits_for
-from ltlc.agents.run_folder import RunFolder, default_folder
+from ltlc.agents.run_folder import RunConfig, RunFolder, default_folder
 from ltlc.agents.tabular import LEARNERS
 from ltlc.cli import reproduce
 from ltlc.cli.app import run
+from ltlc.compiler import compile
 from ltlc.envs import recorded_automaton
 from ltlc.envs.setting import Setting
+from ltlc.errors import UnknownNameError
 from ltlc.mdp.verdict import Judge
 from ltlc.rewards import get_scheme
 from ltlc.task import Task
@@ -497,14 +499,11 @@ class TestTermination:
         assert run(["train", *LAKE, *small, "--force"]) == 0
         assert RunFolder.open("here").load().tables.closing.any()
 
-    def test_runs_that_do_not_say_were_cut(self) -> None:
-        assert run(["train", *GRID, "--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]) == 0
-        values = json.loads(Path("here/config.json").read_text())
-        assert values.pop("on_termination") == "repeat"
-        Path("here/config.json").write_text(json.dumps(values))
-        assert RunFolder.open("here").config.on_termination == "cut"
-        Path("here/config.json").write_text(json.dumps(values | {"on_termination": "sometimes"}))
-        assert run(["evaluate", "here"]) == 2
+    def test_what_follows_must_be_one_of_two(self, capsys: pytest.CaptureFixture[str]) -> None:
+        with pytest.raises(UnknownNameError, match="unknown termination mode 'sometimes'"):
+            RunConfig(setting=Setting(env="ltlc/Grid-v0"), on_termination="sometimes").task(compile("F goal"))
+        assert run(["train", *GRID, "--on-termination", "sometimes"]) == 2
+        assert "repeat" in capsys.readouterr().err
 
     def test_the_lake_ends_at_its_goal(self, capsys: pytest.CaptureFixture[str]) -> None:
         options = ["--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--json"]

@@ -18,7 +18,7 @@ from scipy import sparse
 import ltlc
 from ltlc.agents import DQNConfig, greedy_policy, train
 from ltlc.agents.tabular import LEARNERS, FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
-from ltlc.envs import LTLVectorWrapper, LTLWrapper
+from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp
 from ltlc.faithful import Candidate, faithfulness
 from ltlc.mdp import (
     LabelledMDP,
@@ -75,6 +75,18 @@ def test_cut_is_what_it_was() -> None:
     cut = [replace(candidate, on_termination="cut") for candidate in NEAR_THE_LIMIT]
     report = faithfulness(goal_or_dock(1), GOAL_OR_DOCK[0], cut)
     assert [row.satisfaction for row in report.rows] == pytest.approx([0.5] * len(cut))
+
+
+@pytest.mark.parametrize("size", ["4x4", "8x8"])
+def test_the_default_reward_on_the_frozen_lake_as_gymnasium_makes_it(size: str) -> None:
+    env = gym.make("FrozenLake-v1", map_name=size)
+    tiles = env.unwrapped.desc.ravel()  # type: ignore[attr-defined]
+    labels = {"goal": lambda s: tiles[s] == b"G", "hole": lambda s: tiles[s] == b"H"}
+    mdp = labelled_mdp(env, labels)
+    for formula in ("G F goal", "F G goal", "!hole U goal", "F goal & G !hole", "F G hole | F G goal"):
+        task = Task(formula)
+        judge = Judge(mdp, task.automaton, task.tables)
+        assert judge.satisfaction(judge.optimal_policy) >= judge.maximum.probability - 1e-3, formula
 
 
 def check_faithful(seed: int, candidates: tuple[Candidate, ...]) -> None:
