@@ -9,8 +9,8 @@ import numpy as np
 
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
-from ltlc.mdp import Exported, export_checkable, induced_process, with_sure_labels
 from ltlc.mdp.verdict import Judge
+from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
 
 from .curves import Curve, draw_curves
 from .pictures import board_of, draw_policy

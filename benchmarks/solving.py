@@ -103,7 +103,7 @@ def in_a_process(*arguments: str, limit: float | None = None) -> dict[str, float
 
 
 def compare(side: int, formula: str, *, storm: bool, storm_limit: float, repeat: int) -> dict[str, object]:
-    from ltlc.mdp import write_explicit
+    from ltlc.prism import write_explicit
 
     runs = {"ltlc": [in_a_process("--worker", "ltlc", str(side), formula) for _ in range(repeat)]}
     if storm:

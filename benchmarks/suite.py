@@ -34,9 +34,10 @@ from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import UnknownNameError
 from ltlc.ltl import parse, to_text
-from ltlc.mdp import Product, max_satisfaction_probability, write_explicit
+from ltlc.mdp import Product, max_satisfaction_probability
 from ltlc.mdp.reachability import distance_to
 from ltlc.mdp.verdict import Judge
+from ltlc.prism import write_explicit
 from ltlc.rewards import RECOMMENDED
 
 NUM_ENVS = 512

@@ -9,8 +9,8 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton
 from ltlc.mdp import LabelledMDP, MaxSatisfaction, Product, max_satisfaction_probability
+from ltlc.mdp.product_exploration import InitialLabel
 from ltlc.mdp.reachability import distance_to
-from ltlc.mdp.unfolding import InitialLabel
 
 Kind = Literal["unsatisfiable", "valid", "never", "always", "impossible", "improbable", "short-episodes"]
 

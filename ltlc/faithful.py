@@ -15,7 +15,7 @@ from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import Formula
 from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
-from ltlc.mdp.unfolding import InitialLabel
+from ltlc.mdp.product_exploration import InitialLabel
 from ltlc.mdp.verdict import Judge
 from ltlc.rewards import OnDeadlock, OnTermination, RewardScheme, get_scheme
 

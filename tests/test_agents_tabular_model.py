@@ -128,8 +128,8 @@ def test_cut_choices_leave() -> None:
     mdp = labelled_mdp(thesis_world("5x5")).explicit
     allowed = np.arange(mdp.n_choices) % 5 != 2
     process = cut(mdp, allowed)
-    np.testing.assert_array_equal(process.leak, ~allowed)
-    np.testing.assert_allclose(process.matrix.sum(axis=1) + process.leak, 1)
+    np.testing.assert_array_equal(process.exit_probability, ~allowed)
+    np.testing.assert_allclose(process.matrix.sum(axis=1) + process.exit_probability, 1)
     np.testing.assert_allclose(mdp.matrix.sum(axis=1), 1)
 
 

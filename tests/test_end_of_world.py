@@ -28,9 +28,9 @@ from ltlc.mdp import (
     max_satisfaction_probability,
     optimal_return,
     satisfaction_probability,
-    with_sure_labels,
 )
 from ltlc.mdp.verdict import Judge
+from ltlc.prism import with_sure_labels
 from ltlc.rewards import SCHEMES, Shaped, get_scheme
 from ltlc.task import Task
 

@@ -17,9 +17,9 @@ from ltlc.cli.verdicts import between
 from ltlc.mdp import LabelledMDP, Product, max_reachability, max_satisfaction_probability, satisfaction_probability
 from ltlc.mdp.certified import best_policy
 from ltlc.mdp.explicit import ExplicitMDP
-from ltlc.mdp.induction import Race
-from ltlc.mdp.parts import parts
-from ltlc.mdp.sweeps import GaussSeidel
+from ltlc.mdp.gauss_seidel import GaussSeidel
+from ltlc.mdp.induction import ReachAvoid
+from ltlc.mdp.topological_blocks import topological_blocks
 
 MOVES = [UP, RIGHT, DOWN, LEFT, STAY]
 
@@ -76,7 +76,7 @@ def test_bounds_are_narrow_where_policies_may_dawdle(side, chance, blocks):
 def test_large_processes_are_solved_in_parts(monkeypatch, chance, blocks):
     product = Product(scaled_world(30, chance, blocks=blocks), sequence("ABT", "C"))
     whole = max_satisfaction_probability(product)
-    monkeypatch.setattr("ltlc.mdp.parts.SMALLEST", 500)
+    monkeypatch.setattr("ltlc.mdp.topological_blocks.SMALLEST", 500)
     monkeypatch.setattr("ltlc.mdp.certified.LINEAR_SOLVE_LIMIT", 0)
     apart = max_satisfaction_probability(product)
     assert apart.state_probability == pytest.approx(whole.state_probability, abs=1e-9)
@@ -120,7 +120,7 @@ def test_a_cycle_that_is_hardly_ever_left(rare):
     assert reach.value[0] == pytest.approx(exact, abs=1e-6)
 
 
-def race(seed: int, n: int) -> Race:
+def race(seed: int, n: int) -> ReachAvoid:
     """Two choices per state, some of which may stay; all may end."""
     rng = np.random.default_rng(seed)
     weight = rng.random((2 * n, n + 2)) * (rng.random((2 * n, n + 2)) < 4 / n)
@@ -128,7 +128,11 @@ def race(seed: int, n: int) -> Race:
     weight /= weight.sum(axis=1, keepdims=True)
     gain, lose = weight[:, n], weight[:, n + 1]
     start, action = np.arange(0, 2 * n + 1, 2), np.tile([0, 1], n)
-    return Race(ExplicitMDP(sparse.csr_array(weight[:, :n]), start, action, np.zeros(n), leak=gain + lose), gain, lose)
+    return ReachAvoid(
+        ExplicitMDP(sparse.csr_array(weight[:, :n]), start, action, np.zeros(n), exit_probability=gain + lose),
+        gain,
+        lose,
+    )
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -140,18 +144,18 @@ def test_a_race_without_loops_has_the_same_winner(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_raised_values_bound_the_probability(seed):
+def test_improved_values_bound_the_probability(seed):
     """From anywhere below, and within a few quanta where it began at the truth."""
     given = race(seed, 12).without_loops()
     truth = best_policy(given)
     for start, far in ((np.zeros(12), 1e-3), (truth.value, 1e-5)):
         value = start.copy()
-        assert given.raised(value, np.arange(12), 2.0**-30, 1e4)
+        assert given.improved(value, np.arange(12), 2.0**-30, 1e4)
         assert (value >= truth.lower).all()
         assert (value <= truth.upper + far).all()
         assert (given.drift(value, np.arange(24), 1) <= 0).all()
     assert not given.sinks_nowhere(truth.upper + 0.1, truth.chosen)
-    assert not given.raised(np.zeros(12), np.arange(12), 2.0**-50, 1)
+    assert not given.improved(np.zeros(12), np.arange(12), 2.0**-50, 1)
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 50, 10_000])
@@ -169,9 +173,9 @@ def test_drift_is_the_same_in_chunks(monkeypatch, chunk):
 
 
 def test_parts_come_after_what_they_lead_to(monkeypatch):
-    monkeypatch.setattr("ltlc.mdp.parts.SMALLEST", 100)
+    monkeypatch.setattr("ltlc.mdp.topological_blocks.SMALLEST", 100)
     product = Product(scaled_world(20, 0.6), sequence("ABT", "C"))
-    found = list(parts(product))
+    found = list(topological_blocks(product))
     assert len(found) > 1
     assert sorted(np.concatenate(found).tolist()) == list(range(product.n_states))
     number = np.empty(product.n_states, dtype=int)

@@ -12,16 +12,13 @@ from mdp_cases import thesis_world
 from ltlc import compile, parse
 from ltlc.envs import GridWorld, grid_map, labelled_mdp
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError, InvalidArgumentError, StateLimitExceeded
-from ltlc.mdp import (
-    LabelledMDP,
-    Product,
+from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability, satisfaction_probability
+from ltlc.prism import (
     export_checkable,
     induced_process,
-    max_satisfaction_probability,
     product_process,
     read_explicit,
     read_state_rewards,
-    satisfaction_probability,
     to_prism_language,
     with_one_start,
     with_sure_labels,

@@ -58,7 +58,7 @@ def naive_end_components(mdp: ExplicitMDP) -> set[frozenset[int]]:
     for size in range(1, mdp.n_states + 1):
         for inside in itertools.combinations(range(mdp.n_states), size):
             outside = np.setdiff1d(np.arange(mdp.n_states), inside)
-            staying = ~dense[:, outside].any(axis=1) & (mdp.leak == 0)
+            staying = ~dense[:, outside].any(axis=1) & (mdp.exit_probability == 0)
             edge = np.zeros((mdp.n_states, mdp.n_states), dtype=int)
             np.add.at(edge, mdp.choice_state[staying], dense[staying])
             reach = np.linalg.matrix_power((edge > 0) + np.eye(mdp.n_states, dtype=int), mdp.n_states) > 0

@@ -126,7 +126,7 @@ def cut(mdp: ExplicitMDP, allowed: BoolArray) -> ExplicitMDP:
         mdp.choice_start,
         mdp.choice_action,
         mdp.initial,
-        leak=np.where(allowed, mdp.leak, 1.0),
+        exit_probability=np.where(allowed, mdp.exit_probability, 1.0),
         n_actions=mdp.n_actions,
     )
 

@@ -17,8 +17,8 @@ from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.envs.setting import Setting
-    from ltlc.mdp import Exported
     from ltlc.mdp.verdict import Judge
+    from ltlc.prism import Exported
     from ltlc.task import Task
 
 
@@ -100,7 +100,7 @@ def solve(
 
 def _export(folder: str, place: Setting, task: Task) -> Exported:
     from ltlc.ltl import parse
-    from ltlc.mdp import export_checkable
+    from ltlc.prism import export_checkable
 
     if task.formula is None or place.model is None:
         raise InvalidArgumentError("--prism: the automaton has no formula that another program could check")

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ltlc.mdp import Exported
     from ltlc.mdp.verdict import Judge
+    from ltlc.prism import Exported
 
 
 def number(value: Any) -> str:

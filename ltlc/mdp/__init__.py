@@ -21,16 +21,6 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.policy_evaluation import policy_evaluation
 from ltlc.mdp.policy_iteration import optimal_total_reward, policy_iteration
-from ltlc.mdp.prism import (
-    induced_process,
-    product_process,
-    to_prism_language,
-    with_one_start,
-    with_sure_labels,
-    write_explicit,
-)
-from ltlc.mdp.prism_export import Exported, export_checkable
-from ltlc.mdp.prism_reader import read_explicit, read_state_rewards
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
     MaxSatisfaction,
@@ -44,7 +34,6 @@ __all__ = [
     "EndComponents",
     "Estimate",
     "ExplicitMDP",
-    "Exported",
     "FirstAcceptance",
     "LabelledMDP",
     "MarkovChain",
@@ -61,10 +50,8 @@ __all__ = [
     "expected_return",
     "expected_steps",
     "expected_violations",
-    "export_checkable",
     "first_acceptance",
     "induced_chain",
-    "induced_process",
     "long_run_average",
     "max_reachability",
     "max_satisfaction_probability",
@@ -73,15 +60,8 @@ __all__ = [
     "optimal_total_reward",
     "policy_evaluation",
     "policy_iteration",
-    "product_process",
-    "read_explicit",
-    "read_state_rewards",
     "satisfaction_probability",
     "state_return",
-    "to_prism_language",
     "value_iteration",
     "violations_per_step",
-    "with_one_start",
-    "with_sure_labels",
-    "write_explicit",
 ]

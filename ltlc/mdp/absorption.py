@@ -9,7 +9,7 @@ import numpy as np
 from ltlc.mdp.certified import best_policy
 from ltlc.mdp.chain import MarkovChain
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray
-from ltlc.mdp.induction import Race
+from ltlc.mdp.induction import ReachAvoid
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,18 +30,18 @@ def absorption(chain: MarkovChain, target: BoolArray) -> Absorption:
     The bounds are those of `ltlc.mdp.induction`: they hold for every chain that the floating-point one stands for.
     """
     others = (chain.bottom_component >= 0) & ~target
-    can_win, can_lose = chain.reaches(target), chain.reaches(others | (chain.leak > 0))
+    can_win, can_lose = chain.reaches(target), chain.reaches(others | (chain.exit_probability > 0))
     sure = np.where(can_win & ~can_lose, 1.0, 0.0)
     lower, value, upper = sure.copy(), sure.copy(), sure.copy()
     undecided = np.flatnonzero(can_win & can_lose)
     if undecided.size:
         rows = chain.matrix[undecided]
         gain = np.asarray(rows @ sure)
-        lose = chain.leak[undecided] + np.asarray(rows @ (~can_win).astype(np.float64))
+        lose = chain.exit_probability[undecided] + np.asarray(rows @ (~can_win).astype(np.float64))
         n = len(undecided)
         action, start = np.zeros(n, dtype=np.int32), chain.initial[undecided]
-        part = ExplicitMDP(rows[:, undecided], np.arange(n + 1), action, start, leak=gain + lose)
-        found = best_policy(Race(part, gain, lose).without_loops())
+        part = ExplicitMDP(rows[:, undecided], np.arange(n + 1), action, start, exit_probability=gain + lose)
+        found = best_policy(ReachAvoid(part, gain, lose).without_loops())
         lower[undecided], upper[undecided] = found.lower, found.upper
         value[undecided] = np.clip(found.value, found.lower, found.upper)
     return Absorption(lower, value, upper)

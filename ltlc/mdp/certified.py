@@ -1,4 +1,4 @@
-"""The best policy of a race, and what it is worth between two bounds that are proved and not only believed."""
+"""The best policy of a problem, and what it is worth between two bounds that are proved and not only believed."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from ltlc.mdp.chain import MarkovChain, solve
 from ltlc.mdp.explicit import ExplicitMDP, FloatArray, IntArray, ranges
-from ltlc.mdp.induction import Race
-from ltlc.mdp.parts import parts
+from ltlc.mdp.gauss_seidel import GaussSeidel
+from ltlc.mdp.induction import ReachAvoid
 from ltlc.mdp.policy_iteration import improve
 from ltlc.mdp.reachability import attractor, distance_to
-from ltlc.mdp.sweeps import GaussSeidel
+from ltlc.mdp.topological_blocks import topological_blocks
 
 LINEAR_SOLVE_LIMIT = 10_000
 """Policies are evaluated by sparse LU in parts of up to this many states, and by sweeps in larger ones."""
@@ -21,7 +21,7 @@ LINEAR_SOLVE_LIMIT = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Certified:
-    """Probabilities of winning a race, and a policy that has the lower ones at least."""
+    """Probabilities of winning a problem, and a policy that has the lower ones at least."""
 
     lower: FloatArray
     """shape (n_states,), proved for the policy."""
@@ -33,7 +33,7 @@ class Certified:
     """shape (n_states,), a choice per state."""
 
 
-def best_policy(race: Race) -> Certified:
+def best_policy(problem: ReachAvoid) -> Certified:
     """The best policy, found in one part of the process after the other, and its value.
 
     Policy iteration with a gain that is smaller by a margin in every choice does not dawdle for ever for the sake of
@@ -46,42 +46,44 @@ def best_policy(race: Race) -> Certified:
         upper bound and proves it by being inductive). M. L. Puterman, M. C. Shin, Modified policy iteration algorithms
         for discounted Markov decision problems, Management Science 24(11), 1978, DOI 10.1287/mnsc.24.11.1127.
     """
-    mdp = race.mdp
+    mdp = problem.mdp
     lower, value, upper = np.zeros(mdp.n_states), np.zeros(mdp.n_states), np.zeros(mdp.n_states)
     chosen = mdp.choice_start[:-1].astype(np.int64)
-    for states in parts(mdp):
+    for states in topological_blocks(mdp):
         part, rows, steps = _part(mdp, states)
-        gain = race.gain[rows] + steps @ value
+        gain = problem.gain[rows] + steps @ value
         by = _by_policy_iteration if part.n_states <= LINEAR_SOLVE_LIMIT else _by_sweeps
         slacked, picked, exact = by(part, gain)
         below, above = float((value - lower).max()), float((upper - value).max())
         chosen[states], value[states] = rows[picked], exact
-        _prove_lower(race, chosen, states, lower, slacked - below, exact)
-        _prove_upper(race, states, upper, exact + above, exact - slacked)
+        _prove_lower(problem, chosen, states, lower, slacked - below, exact)
+        _prove_upper(problem, states, upper, exact + above, exact - slacked)
     return Certified(lower, value, upper, chosen)
 
 
 def _prove_lower(
-    race: Race, chosen: IntArray, states: IntArray, lower: FloatArray, guess: FloatArray, value: FloatArray
+    problem: ReachAvoid, chosen: IntArray, states: IntArray, lower: FloatArray, guess: FloatArray, value: FloatArray
 ) -> None:
     """Sets a lower bound of the policy in some states, given those of the states that they lead to."""
     lower[states] = np.clip(guess, 0.0, 1.0)
-    if race.sinks_nowhere(lower, chosen[states]):
+    if problem.sinks_nowhere(lower, chosen[states]):
         return
-    losing, above = race.mirrored(chosen), 1 - lower
+    losing, above = problem.mirrored(chosen), 1 - lower
     for quantum in _QUANTA:
         above[states] = 1 - value
-        if losing.raised(above, states, quantum, _MOST_RAISES):
+        if losing.improved(above, states, quantum, _MOST_RAISES):
             lower[states] = 1 - above[states]
             return
     lower[states] = 0.0
 
 
-def _prove_upper(race: Race, states: IntArray, upper: FloatArray, guess: FloatArray, margin: FloatArray) -> None:
+def _prove_upper(
+    problem: ReachAvoid, states: IntArray, upper: FloatArray, guess: FloatArray, margin: FloatArray
+) -> None:
     """Sets an upper bound in some states, given those of the states that they lead to."""
     for quantum in _QUANTA:  # by linearity, the first guess is the value of the policy when each step gains 4 quanta
         upper[states] = guess + margin * (4 * quantum / _MARGIN)
-        if race.raised(upper, states, quantum, _MOST_RAISES):
+        if problem.improved(upper, states, quantum, _MOST_RAISES):
             return
     upper[states] = 1.0
 
@@ -95,9 +97,11 @@ def _part(mdp: ExplicitMDP, states: IntArray) -> tuple[ExplicitMDP, IntArray, An
     outside = np.ones(mdp.n_states)
     outside[states] = 0.0
     steps = mdp.matrix[rows]
-    leak = mdp.leak[rows] + np.asarray(steps @ outside)
+    exit_probability = mdp.exit_probability[rows] + np.asarray(steps @ outside)
     start = np.concatenate(([0], np.cumsum(count)))
-    part = ExplicitMDP(steps[:, states], start, mdp.choice_action[rows], mdp.initial[states], leak=leak)
+    part = ExplicitMDP(
+        steps[:, states], start, mdp.choice_action[rows], mdp.initial[states], exit_probability=exit_probability
+    )
     return part, rows, steps
 
 

@@ -21,19 +21,19 @@ class MarkovChain:
         weights: csr_array (n_states, n_choices), the policy: how likely each choice is in each state.
         matrix: csr_array (n_states, n_states), rows sum to at most 1.
         initial: (n_states,), distribution of the first state.
-        leak: (n_states,), the probability of leaving the process; exactly 0 where it never does.
+        exit_probability: (n_states,), the probability of leaving the process; exactly 0 where it never does.
     """
 
-    def __init__(self, matrix: Any, initial: FloatArray, leak: FloatArray, weights: Any) -> None:
+    def __init__(self, matrix: Any, initial: FloatArray, exit_probability: FloatArray, weights: Any) -> None:
         self.matrix = matrix
         self.initial = initial
-        self.leak = leak
+        self.exit_probability = exit_probability
         self.weights = weights
 
     @classmethod
     def under(cls, mdp: ExplicitMDP, weights: Any) -> MarkovChain:
         """The chain of an MDP under a policy given as `ExplicitMDP.policy_matrix` gives it."""
-        return cls(weights @ mdp.matrix, mdp.initial, np.asarray(weights @ mdp.leak), weights)
+        return cls(weights @ mdp.matrix, mdp.initial, np.asarray(weights @ mdp.exit_probability), weights)
 
     @property
     def n_states(self) -> int:
@@ -54,7 +54,7 @@ class MarkovChain:
         source = np.repeat(np.arange(self.n_states), np.diff(self.matrix.indptr))
         bottom = np.ones(n_labels, dtype=np.bool_)
         bottom[label[source[label[source] != label[self.matrix.indices]]]] = False
-        bottom[label[self.leak > 0]] = False
+        bottom[label[self.exit_probability > 0]] = False
         number = np.where(bottom, np.cumsum(bottom) - 1, -1)
         return np.asarray(number[label])
 
@@ -129,9 +129,9 @@ class MarkovChain:
 
     def restarted(self) -> MarkovChain:
         """The chain that, instead of leaving the process, continues from the initial distribution."""
-        if not (self.leak > 0).any():
+        if not (self.exit_probability > 0).any():
             return self
-        again = sparse.csr_array(self.leak[:, None]) @ sparse.csr_array(self.initial[None, :])
+        again = sparse.csr_array(self.exit_probability[:, None]) @ sparse.csr_array(self.initial[None, :])
         return MarkovChain((self.matrix + again).tocsr(), self.initial, np.zeros(self.n_states), self.weights)
 
 
@@ -145,7 +145,7 @@ def induced_chain(mdp: ExplicitMDP, policy: npt.ArrayLike) -> MarkovChain:
 
 
 def solve(matrix: Any, right_hand_side: FloatArray) -> FloatArray:
-    """X with x = matrix @ x + right_hand_side, by sparse LU; the matrix must leak from everywhere."""
+    """X with x = matrix @ x + right_hand_side, by sparse LU; every state must be able to leave the matrix."""
     n = matrix.shape[0]
     system = sparse.eye_array(n, format="csc") - matrix.tocsc()
     return np.asarray(spsolve(system, right_hand_side)).reshape(n)

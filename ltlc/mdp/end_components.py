@@ -46,7 +46,7 @@ def maximal_end_components(mdp: ExplicitMDP, choices: BoolArray | None = None) -
     References:
         L. de Alfaro, Formal Verification of Probabilistic Systems, PhD thesis, Stanford 1997, section 3.3.
     """
-    everything = mdp.leak == 0 if choices is None else choices & (mdp.leak == 0)
+    everything = mdp.exit_probability == 0 if choices is None else choices & (mdp.exit_probability == 0)
     support, alive = graph_of(mdp, everything)
     component, n_components = _of_graph(support.graph, alive)
     return EndComponents(component, alive[support.of_choice], n_components)

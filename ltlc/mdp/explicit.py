@@ -33,7 +33,7 @@ class ExplicitMDP:
             least.
         choice_action: (n_choices,), the action of each choice.
         initial: (n_states,), distribution of the first state.
-        leak: (n_choices,), the probability (or weight) that leaves the process; exactly 0 where nothing does.
+        exit_probability: (n_choices,), probability (or weight) of leaving the process; 0 exactly where nothing does.
         n_actions: number of actions, available or not.
     """
 
@@ -44,14 +44,16 @@ class ExplicitMDP:
         choice_action: IntArray,
         initial: FloatArray,
         *,
-        leak: FloatArray | None = None,
+        exit_probability: FloatArray | None = None,
         n_actions: int | None = None,
     ) -> None:
         self._matrix: Any | Callable[[], Any] = matrix
         self.choice_start = choice_start
         self.choice_action = choice_action
         self.initial = initial
-        self.leak: FloatArray = np.zeros(len(choice_action)) if leak is None else leak
+        self.exit_probability: FloatArray = (
+            np.zeros(len(choice_action)) if exit_probability is None else exit_probability
+        )
         self.n_actions = int(choice_action.max()) + 1 if n_actions is None else n_actions
 
     @property
@@ -133,13 +135,13 @@ class ExplicitMDP:
             return self
         if not 0 <= factor < 1:
             raise InvalidArgumentError(f"discount {factor} is not in [0, 1]")
-        leak = self.leak + (1 - factor) * np.asarray(self.matrix.sum(axis=1)).ravel()
+        exit_probability = self.exit_probability + (1 - factor) * np.asarray(self.matrix.sum(axis=1)).ravel()
         return ExplicitMDP(
             self.matrix * factor,
             self.choice_start,
             self.choice_action,
             self.initial,
-            leak=leak,
+            exit_probability=exit_probability,
             n_actions=self.n_actions,
         )
 
@@ -214,7 +216,7 @@ class Support:
     """
 
     graph: ExplicitMDP
-    """its `matrix` says only which entries there are, and its `leak` only whether there is one."""
+    """its `matrix` says only which entries there are, and its `exit_probability` only whether there is one."""
     of_choice: IntArray
     """shape (n_choices,), the choice of the graph that stands for each choice of the process."""
 
@@ -244,7 +246,7 @@ def _merged_by_support(mdp: ExplicitMDP) -> Support:
     key = code[matrix.indptr[1:]] - code[matrix.indptr[:-1]]
     order = np.lexsort((key, mdp.choice_state))  # stable: of equal ones the first comes first
     state, key = mdp.choice_state[order], key[order]
-    leaks, size = mdp.leak[order] > 0, length[order]
+    leaks, size = mdp.exit_probability[order] > 0, length[order]
     alike = np.zeros(mdp.n_choices, dtype=np.bool_)
     alike[1:] = (state[1:] == state[:-1]) & (key[1:] == key[:-1]) & (leaks[1:] == leaks[:-1]) & (size[1:] == size[:-1])
     second = np.flatnonzero(alike)
@@ -274,8 +276,10 @@ def _restricted(mdp: ExplicitMDP, rows: IntArray) -> ExplicitMDP:
     graph = sparse.csr_array((np.ones(len(indices), dtype=np.bool_), indices, indptr), shape=(len(rows), mdp.n_states))
     counts = np.bincount(mdp.choice_state[rows], minlength=mdp.n_states)
     start = np.concatenate(([0], np.cumsum(counts))).astype(np.int32)
-    leak = (mdp.leak[rows] > 0).astype(np.float64)
-    return ExplicitMDP(graph, start, mdp.choice_action[rows], mdp.initial, leak=leak, n_actions=mdp.n_actions)
+    exit_probability = (mdp.exit_probability[rows] > 0).astype(np.float64)
+    return ExplicitMDP(
+        graph, start, mdp.choice_action[rows], mdp.initial, exit_probability=exit_probability, n_actions=mdp.n_actions
+    )
 
 
 def _scrambled(number: IntArray) -> np.ndarray[tuple[int], np.dtype[np.uint64]]:

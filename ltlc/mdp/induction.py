@@ -26,7 +26,7 @@ from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, rang
 
 
 @dataclass(frozen=True, eq=False)
-class Race:
+class ReachAvoid:
     """A process without end components in which every run wins or loses in the end."""
 
     mdp: ExplicitMDP
@@ -42,8 +42,8 @@ class Race:
         longest = int(np.diff(self.mdp.matrix.indptr).max(initial=0))
         return float(4 * (longest + 16) * np.finfo(np.float64).eps)
 
-    def without_loops(self) -> Race:
-        """The same race with every choice that may stay replaced by what happens when at last it does not.
+    def without_loops(self) -> ReachAvoid:
+        """The same problem with every choice that may stay replaced by what happens when at last it does not.
 
         Overwrites the transition matrix.
         """
@@ -61,16 +61,27 @@ class Race:
         matrix.eliminate_zeros()
         gain, lose = self.gain * scale, self.lose * scale
         loopless = ExplicitMDP(
-            matrix, mdp.choice_start, mdp.choice_action, mdp.initial, leak=gain + lose, n_actions=mdp.n_actions
+            matrix,
+            mdp.choice_start,
+            mdp.choice_action,
+            mdp.initial,
+            exit_probability=gain + lose,
+            n_actions=mdp.n_actions,
         )
-        return Race(loopless, gain, lose)
+        return ReachAvoid(loopless, gain, lose)
 
-    def mirrored(self, chosen: IntArray) -> Race:
-        """The race under one policy (a choice per state) for the one who wins where it loses."""
+    def mirrored(self, chosen: IntArray) -> ReachAvoid:
+        """The problem under one policy (a choice per state) for the one who wins where it loses."""
         mdp = self.mdp
         start = np.arange(mdp.n_states + 1)
-        under = ExplicitMDP(mdp.matrix[chosen], start, mdp.choice_action[chosen], mdp.initial, leak=mdp.leak[chosen])
-        return Race(under, self.lose[chosen], self.gain[chosen])
+        under = ExplicitMDP(
+            mdp.matrix[chosen],
+            start,
+            mdp.choice_action[chosen],
+            mdp.initial,
+            exit_probability=mdp.exit_probability[chosen],
+        )
+        return ReachAvoid(under, self.lose[chosen], self.gain[chosen])
 
     def drift(self, value: FloatArray, choices: IntArray, sign: int) -> FloatArray:
         """The drift of some choices, made larger (`sign` 1) or smaller (-1) by the slack of each term."""
@@ -104,7 +115,7 @@ class Race:
         """Whether `value` (n_states,) is proved to be no larger than the probability of winning under a policy."""
         return bool((self.drift(value, chosen, -1) >= 0).all())
 
-    def raised(self, value: FloatArray, states: IntArray, quantum: float, most_sweeps: float) -> bool:
+    def improved(self, value: FloatArray, states: IntArray, quantum: float, most_sweeps: float) -> bool:
         """Raises `value` in some states, in place, until it drifts upwards in none of them; False if it gave up.
 
         The values there become multiples of `quantum`. They end little above the least function that does not drift

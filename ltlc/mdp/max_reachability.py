@@ -11,7 +11,7 @@ from ltlc.errors import InvalidArgumentError, LimitExceeded
 from ltlc.mdp.certified import best_policy
 from ltlc.mdp.end_components import maximal_end_components
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray
-from ltlc.mdp.induction import Race
+from ltlc.mdp.induction import ReachAvoid
 from ltlc.mdp.quotient import collapse
 from ltlc.mdp.reachability import almost_sure_region, approach
 
@@ -76,9 +76,9 @@ def max_reachability(
         components = maximal_end_components(mdp, within)
         quotient = collapse(mdp, components, open_states)
         gain = mdp.expect(sure.astype(np.float64))[quotient.original]
-        lose = (mdp.leak + mdp.expect((~possible).astype(np.float64)))[quotient.original]
-        race = Race(quotient.mdp, gain, lose).without_loops()
-        bounds = _solve(race, method, precision, max_iterations)
+        lose = (mdp.exit_probability + mdp.expect((~possible).astype(np.float64)))[quotient.original]
+        problem = ReachAvoid(quotient.mdp, gain, lose).without_loops()
+        bounds = _solve(problem, method, precision, max_iterations)
         block = quotient.block[open_states]
         lower[open_states], upper[open_states], value[open_states] = (b[block] for b in bounds[:3])
         choice = np.where(open_states, quotient.expand(bounds[3], mdp, components), choice)
@@ -86,41 +86,41 @@ def max_reachability(
 
 
 def _solve(
-    race: Race, method: Method, precision: float, max_iterations: int
+    problem: ReachAvoid, method: Method, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
     """Lower bound, upper bound, estimate and choices."""
-    n = race.mdp.n_states
+    n = problem.mdp.n_states
     if method != "interval":
-        best = best_policy(race)
+        best = best_policy(problem)
         lower, upper = best.lower, best.upper
         if method == "auto" and (upper - lower).max() > precision:
-            lower, upper = interval_iteration(race, lower, upper, precision, min(max_iterations, _CLOSING_ROUNDS))
+            lower, upper = interval_iteration(problem, lower, upper, precision, min(max_iterations, _CLOSING_ROUNDS))
         return lower, upper, np.clip(best.value, lower, upper), best.chosen
-    lower, upper = interval_iteration(race, np.zeros(n), np.ones(n), precision, max_iterations)
+    lower, upper = interval_iteration(problem, np.zeros(n), np.ones(n), precision, max_iterations)
     gap = (upper - lower).max()
     if gap > precision:
         raise LimitExceeded(
             f"interval iteration: bounds are still {gap:.3g} apart after {max_iterations} iterations; allow more, "
             'ask for less precision, or use method="policy"'
         )
-    return lower, upper, (lower + upper) / 2, race.mdp.greedy(race.gain + race.mdp.matrix @ lower)
+    return lower, upper, (lower + upper) / 2, problem.mdp.greedy(problem.gain + problem.mdp.matrix @ lower)
 
 
 def interval_iteration(
-    race: Race, lower: FloatArray, upper: FloatArray, precision: float, max_iterations: int
+    problem: ReachAvoid, lower: FloatArray, upper: FloatArray, precision: float, max_iterations: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Moves bounds on the probability of winning a race, until at most `precision` apart.
+    """Moves bounds on the probability of winning a problem, until at most `precision` apart.
 
     Each step is rounded outwards. Gives up after `max_iterations`, or when rounding allows no more progress.
     """
-    mdp, gain = race.mdp, race.gain
+    mdp, gain = problem.mdp, problem.gain
     bounds = np.stack((lower, upper), axis=1)
     for _ in range(max_iterations):
         step = np.maximum.reduceat(gain[:, None] + mdp.matrix @ bounds, mdp.choice_start[:-1], axis=0)
         better = np.stack(
             (
-                np.maximum(bounds[:, 0], step[:, 0] - race.slack),
-                np.minimum(bounds[:, 1], step[:, 1] + race.slack),
+                np.maximum(bounds[:, 0], step[:, 0] - problem.slack),
+                np.minimum(bounds[:, 1], step[:, 1] + problem.slack),
             ),
             axis=1,
         )

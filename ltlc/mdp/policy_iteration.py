@@ -112,7 +112,7 @@ def _leaving_policy(mdp: ExplicitMDP) -> tuple[BoolArray, IntArray]:
     region = np.ones(mdp.n_states, dtype=np.bool_)
     while True:
         safe = ~mdp.enters(~region)
-        exits = safe & (mdp.leak > 0)
+        exits = safe & (mdp.exit_probability > 0)
         door = np.logical_or.reduceat(exits, mdp.choice_start[:-1])
         reaching = distance_to(mdp, door, safe) >= 0
         if np.array_equal(reaching, region):
@@ -131,7 +131,7 @@ def _restricted(mdp: ExplicitMDP, region: BoolArray) -> tuple[ExplicitMDP, IntAr
         np.concatenate(([0], np.cumsum(counts))),
         mdp.choice_action[rows],
         mdp.initial[region],
-        leak=mdp.leak[rows],
+        exit_probability=mdp.exit_probability[rows],
         n_actions=mdp.n_actions,
     )
     return part, rows

@@ -14,7 +14,7 @@ from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support
 from ltlc.mdp.model import LabelledMDP
-from ltlc.mdp.unfolding import InitialLabel, Reader, Unfolding, input_probability
+from ltlc.mdp.product_exploration import InitialLabel, ProductExploration, TransitionTable, input_probability
 
 Miss = Literal["empty", "hold"]
 
@@ -93,19 +93,24 @@ class _LabelledProduct(ExplicitMDP):
     """
 
     def __init__(
-        self, mdp: LabelledMDP, origin: IntArray, unfolding: Unfolding, matrix: Any, leak: FloatArray | None
+        self,
+        mdp: LabelledMDP,
+        origin: IntArray,
+        exploration: ProductExploration,
+        matrix: Any,
+        exit_probability: FloatArray | None,
     ) -> None:
         super().__init__(
             matrix,
-            unfolding.choice_start,
-            unfolding.choice_action,
-            unfolding.initial,
-            leak=leak,
-            n_actions=unfolding.n_actions,
+            exploration.choice_start,
+            exploration.choice_action,
+            exploration.initial,
+            exit_probability=exit_probability,
+            n_actions=exploration.n_actions,
         )
         self.mdp = mdp
-        self.mdp_state = origin[unfolding.mdp_state].astype(np.int32)
-        self.machine_state = unfolding.machine_state
+        self.mdp_state = origin[exploration.mdp_state].astype(np.int32)
+        self.machine_state = exploration.machine_state
 
     def lift(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
         """A policy on MDP states, or on (MDP state, machine state), as one on product states.
@@ -169,7 +174,7 @@ class Product(_LabelledProduct):
         initial_label: InitialLabel = "read",
     ) -> None:
         settled, origin = mdp.with_final_letters
-        reader = Reader(
+        table = TransitionTable(
             next_state=automaton.delta.astype(np.int64),
             goes_on=np.ones(automaton.delta.shape, dtype=np.bool_),
             initial_state=automaton.initial_state,
@@ -177,10 +182,10 @@ class Product(_LabelledProduct):
             ends=np.zeros(settled.n_states, dtype=np.bool_),
             commit=_choices(commit),
         )
-        unfolding = Unfolding(settled, reader, initial_label)
-        super().__init__(mdp, origin, unfolding, unfolding.transitions, None)
+        exploration = ProductExploration(settled, table, initial_label)
+        super().__init__(mdp, origin, exploration, exploration.transitions, None)
         self.automaton = automaton
-        self._unfolding = unfolding
+        self._exploration = exploration
 
     @property
     def automaton_state(self) -> IntArray:
@@ -204,13 +209,13 @@ class Product(_LabelledProduct):
 
     def expect(self, value: FloatArray) -> FloatArray:
         """See `ExplicitMDP.expect`; takes no transition matrix."""
-        return self._unfolding.after_step(value)
+        return self._exploration.after_step(value)
 
     @cached_property
     def _graph(self) -> tuple[Support, BoolArray, BoolArray]:
         """The graph, and the marks of its choices."""
         dra = self.automaton
-        support, marks = self._unfolding.support([*dra.edge_fin, *dra.edge_inf])
+        support, marks = self._exploration.support([*dra.edge_fin, *dra.edge_inf])
         table = np.array(marks, dtype=np.bool_).reshape(2, dra.n_pairs, support.graph.n_choices)
         return support, table[0], table[1]
 
@@ -219,8 +224,8 @@ class RewardProduct(_LabelledProduct):
     """The product of a labelled MDP with reward tables: what an agent in the wrapped environment experiences.
 
     `matrix` holds the undiscounted steps that go on; episodes end where the tables stop and in terminal states of the
-    MDP (`leak`), where the step is paid what reading its letter for ever is worth, besides. The automaton follows the
-    tables, whatever they do on a deadlock.
+    MDP (`exit_probability`), where the step is paid what reading its letter for ever is worth, besides. The automaton
+    follows the tables, whatever they do on a deadlock.
 
     `miss="hold"` reproduces the thesis' code: where the empty letter is drawn in a state that could have shown another
     one, the automaton stays in q, and the step is paid as one that enters q.
@@ -254,7 +259,7 @@ class RewardProduct(_LabelledProduct):
         elif miss != "empty":
             raise InvalidArgumentError(f'miss is {miss!r}, expected "empty" or "hold"')
         stop = columns["stop"].astype(np.float64)
-        reader = Reader(
+        table = TransitionTable(
             next_state=columns["next_state"].astype(np.int64),
             goes_on=stop < 1,
             initial_state=int(tables.initial_state),
@@ -262,23 +267,23 @@ class RewardProduct(_LabelledProduct):
             ends=np.zeros(settled.n_states, dtype=np.bool_) if settled.terminal is None else settled.terminal,
             commit=_choices(getattr(tables, "commit", None)),
         )
-        self._unfolding = Unfolding(settled, reader, initial_label)
+        self._exploration = ProductExploration(settled, table, initial_label)
         self._columns = columns
-        matrix, leak = self._unfolding.transitions(1 - stop), self._unfolding.ending(stop)
-        super().__init__(mdp, origin, self._unfolding, matrix, leak)
+        matrix, exit_probability = self._exploration.transitions(1 - stop), self._exploration.ending(stop)
+        super().__init__(mdp, origin, self._exploration, matrix, exit_probability)
         self.tables = tables
-        final = np.take_along_axis(columns["closing"], reader.next_state, axis=0)
-        self.reward = self._unfolding.expected(
+        final = np.take_along_axis(columns["closing"], table.next_state, axis=0)
+        self.reward = self._exploration.expected(
             columns["reward"] + stop * columns["stop_reward"], (1 - stop) * columns["discount"] * final
         )
         self.violation = self.expected(columns["violated"])
         self.acceptance = self.expected(columns["accepted"])
         rejected = ~columns["accepted"].astype(np.bool_)
-        self.unaccepted_end = self._unfolding.ending(stop, rejected)
+        self.unaccepted_end = self._exploration.ending(stop, rejected)
 
     def expected(self, column: npt.ArrayLike) -> FloatArray:
         """The mean of a table (n_table_states, n_letter_classes) over the outcomes of each choice, (n_choices,)."""
-        return self._unfolding.expected(np.asarray(column, dtype=np.float64))
+        return self._exploration.expected(np.asarray(column, dtype=np.float64))
 
     def discounted(self, discount: float | None = None) -> ExplicitMDP:
         """The process for discounted returns: with the tables' own discounts (None), or with one number instead."""
@@ -292,9 +297,14 @@ class RewardProduct(_LabelledProduct):
         return self._with_steps((1 - self._columns["stop"]) * ~self._columns["accepted"].astype(np.bool_))
 
     def _with_steps(self, weight: FloatArray) -> ExplicitMDP:
-        matrix, leak = self._unfolding.transitions(weight), self._unfolding.ending(1 - weight)
+        matrix, exit_probability = self._exploration.transitions(weight), self._exploration.ending(1 - weight)
         return ExplicitMDP(
-            matrix, self.choice_start, self.choice_action, self.initial, leak=leak, n_actions=self.n_actions
+            matrix,
+            self.choice_start,
+            self.choice_action,
+            self.initial,
+            exit_probability=exit_probability,
+            n_actions=self.n_actions,
         )
 
 

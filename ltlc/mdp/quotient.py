@@ -71,11 +71,11 @@ def collapse(
     inside = np.flatnonzero(kept)
     group = sparse.csr_array((np.ones(len(inside)), (inside, block[inside])), shape=(mdp.n_states, n_blocks))
     outside = np.asarray(mdp.matrix[rows] @ (~kept).astype(np.float64))
-    leak = np.concatenate((mdp.leak[rows] + outside, np.ones(len(staying))))[order]
+    exit_probability = np.concatenate((mdp.exit_probability[rows] + outside, np.ones(len(staying))))[order]
     stays_empty = sparse.csr_array((len(staying), n_blocks))
     matrix = sparse.vstack((mdp.matrix[rows] @ group, stays_empty), format="csr")[order]
     start = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=n_blocks))))
     action = np.where(original >= 0, mdp.choice_action[original], -1)
     initial = np.bincount(block[inside], mdp.initial[inside], minlength=n_blocks).astype(np.float64)
-    explicit = ExplicitMDP(matrix, start, action, initial, leak=leak, n_actions=mdp.n_actions)
+    explicit = ExplicitMDP(matrix, start, action, initial, exit_probability=exit_probability, n_actions=mdp.n_actions)
     return Quotient(explicit, block, original)

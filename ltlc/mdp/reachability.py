@@ -80,7 +80,7 @@ def almost_sure_region(mdp: ExplicitMDP, target: BoolArray) -> tuple[BoolArray, 
     owner = graph.choice_state
     distance = _distance(graph, target, np.ones(graph.n_choices, dtype=np.bool_))
     region = possible = distance >= 0
-    safe = graph.leak == 0
+    safe = graph.exit_probability == 0
     while not (safe.all() and region.all()):
         safe &= region[owner]
         prune(graph, safe, target)

@@ -26,8 +26,8 @@ from ltlc.mdp.measures import (
 )
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
+from ltlc.mdp.product_exploration import InitialLabel, input_probability
 from ltlc.mdp.satisfaction import MaxSatisfaction, max_satisfaction_probability, satisfaction_probability
-from ltlc.mdp.unfolding import InitialLabel, input_probability
 from ltlc.mdp.value_iteration import Solution
 
 

@@ -73,17 +73,17 @@ def _of_lassos(following: npt.NDArray[np.int64], paid: FloatArray, lost: FloatAr
     # everything on the way to the head
     on_way = head != number
     node = np.where(on_way, following, number)
-    total, leak, pays = np.where(on_way, paid, 0.0), np.where(on_way, lost, 0.0), on_way & (paid != 0)
+    total, exit_probability, pays = np.where(on_way, paid, 0.0), np.where(on_way, lost, 0.0), on_way & (paid != 0)
     for _ in range(rounds):
-        total = total + (1 - leak) * total[node]
-        leak = leak + (1 - leak) * leak[node]
+        total = total + (1 - exit_probability) * total[node]
+        exit_probability = exit_probability + (1 - exit_probability) * exit_probability[node]
         pays, node = pays | pays[node], node[node]
     # once around the cycle, from head to head
     around = paid + (1 - lost) * total[following]
-    around_lost = lost + (1 - lost) * leak[following]
+    around_lost = lost + (1 - lost) * exit_probability[following]
     endless = np.where((paid != 0) | pays[following], np.where(around > 0, np.inf, -np.inf), 0.0)
     cycle = np.divide(around, around_lost, out=endless, where=around_lost > 0)
-    return total + _weighted(leak, cycle[head])
+    return total + _weighted(exit_probability, cycle[head])
 
 
 def _with_choices(

@@ -13,7 +13,7 @@ SMALLEST = 10_000
 """Parts have at least so many states, the last one aside: fewer are not worth the cut."""
 
 
-def parts(mdp: ExplicitMDP) -> Iterator[IntArray]:
+def topological_blocks(mdp: ExplicitMDP) -> Iterator[IntArray]:
     """Disjoint sets of states, ascending within each; no part can be entered from one that comes before it.
 
     They are unions of strongly connected components, so what can happen in one depends on earlier parts alone.

@@ -10,8 +10,8 @@ from pathlib import Path
 from ltlc.atomic import atomic_write
 from ltlc.ltl import Formula, Next, to_text
 from ltlc.mdp.model import LabelledMDP
-from ltlc.mdp.prism import to_prism_language, with_one_start, with_sure_labels, write_explicit
-from ltlc.mdp.unfolding import InitialLabel
+from ltlc.mdp.product_exploration import InitialLabel
+from ltlc.prism.writer import to_prism_language, with_one_start, with_sure_labels, write_explicit
 
 
 @dataclass(frozen=True)

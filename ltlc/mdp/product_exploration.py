@@ -24,7 +24,7 @@ InitialLabel = Literal["read", "skip"]
 
 
 @dataclass(frozen=True, eq=False)
-class Reader:
+class TransitionTable:
     """A deterministic machine that reads one input per step: what automata and reward tables have in common."""
 
     next_state: IntArray
@@ -60,7 +60,7 @@ class Reader:
         return owner, option, then[owner, option]
 
 
-class Unfolding:
+class ProductExploration:
     """Reachable product states, moves between them and arrivals, and readings of the arrivals.
 
     Moves are kept in factors: those of the MDP, and which machine states occur with which of its states.
@@ -75,39 +75,39 @@ class Unfolding:
         reading_target: (n_readings,), product state, or -1 where the episode surely ends.
     """
 
-    def __init__(self, mdp: LabelledMDP, reader: Reader, initial_label: InitialLabel) -> None:
+    def __init__(self, mdp: LabelledMDP, table: TransitionTable, initial_label: InitialLabel) -> None:
         if initial_label not in ("read", "skip"):
             raise InvalidArgumentError(f'initial_label is {initial_label!r}, expected "read" or "skip"')
-        start_keys, start_weight = _start(mdp, reader, initial_label)
-        seen, arrived = _reach(mdp, reader, start_keys)
+        start_keys, start_weight = _start(mdp, table, initial_label)
+        seen, arrived = _reach(mdp, table, start_keys)
         keys, arrivals = np.flatnonzero(seen), np.flatnonzero(arrived)
-        self.mdp_state, self.machine_state = (half.astype(np.int32) for half in np.divmod(keys, reader.size))
+        self.mdp_state, self.machine_state = (half.astype(np.int32) for half in np.divmod(keys, table.size))
         self.initial: FloatArray = np.zeros(len(keys))
         np.add.at(self.initial, np.searchsorted(keys, start_keys), start_weight)
 
-        self._base, self._size = mdp.explicit, reader.size
+        self._base, self._size = mdp.explicit, table.size
         # an act is a product state with one of its options, after which the machine is in a state and the MDP moves
-        self._owner, option, self._act_machine = reader.options(self.machine_state)
+        self._owner, option, self._act_machine = table.options(self.machine_state)
         self._act_state = self.mdp_state[self._owner]
         self._first_action = mdp.n_actions * option
-        self.n_actions = mdp.n_actions * (1 if reader.commit is None else 1 + reader.commit.shape[1])
+        self.n_actions = mdp.n_actions * (1 if table.commit is None else 1 + table.commit.shape[1])
         self._act_start, self.choice_start, self.choice_action, _ = self._choices_of(self._base)
         self.n_arrivals = len(arrivals)
         self._arrivals = arrivals
         self._arrival_number = np.cumsum(arrived, dtype=np.int32) - np.int32(1)
 
-        entered, machine = np.divmod(arrivals, reader.size)
-        inputs = reader.input_probability
+        entered, machine = np.divmod(arrivals, table.size)
+        inputs = table.input_probability
         length = np.diff(inputs.indptr)[entered]
         entry = ranges(inputs.indptr[entered], length)
         self.reading_arrival = np.repeat(np.arange(len(arrivals), dtype=np.int32), length)
         self.reading_machine_state = machine[self.reading_arrival]
         self.reading_input = inputs.indices[entry]
         self.reading_probability = inputs.data[entry]
-        self.reading_ends = reader.ends[entered[self.reading_arrival]]
+        self.reading_ends = table.ends[entered[self.reading_arrival]]
         here = self.reading_machine_state, self.reading_input
-        target = entered[self.reading_arrival] * reader.size + reader.next_state[here]
-        live = reader.goes_on[here] & ~self.reading_ends
+        target = entered[self.reading_arrival] * table.size + table.next_state[here]
+        live = table.goes_on[here] & ~self.reading_ends
         number = np.cumsum(seen, dtype=np.int32) - np.int32(1)
         self.reading_target = np.where(live, number[target], np.int32(-1))
 
@@ -270,22 +270,22 @@ def input_probability(mdp: LabelledMDP, aps: tuple[str, ...], letter_class: IntA
     return inputs
 
 
-def _start(mdp: LabelledMDP, reader: Reader, initial_label: InitialLabel) -> tuple[IntArray, FloatArray]:
+def _start(mdp: LabelledMDP, table: TransitionTable, initial_label: InitialLabel) -> tuple[IntArray, FloatArray]:
     """Keys (MDP state * machine size + machine state) of the first product states, and their probabilities."""
     states = np.flatnonzero(mdp.start)
     weight = mdp.start[states]
     if initial_label == "skip":
-        return states * reader.size + reader.initial_state, weight
-    inputs = reader.input_probability
+        return states * table.size + table.initial_state, weight
+    inputs = table.input_probability
     length = np.diff(inputs.indptr)[states]
     entry = ranges(inputs.indptr[states], length)
-    machine = reader.next_state[reader.initial_state, inputs.indices[entry]]
-    return np.repeat(states, length) * reader.size + machine, np.repeat(weight, length) * inputs.data[entry]
+    machine = table.next_state[table.initial_state, inputs.indices[entry]]
+    return np.repeat(states, length) * table.size + machine, np.repeat(weight, length) * inputs.data[entry]
 
 
-def _reach(mdp: LabelledMDP, reader: Reader, start: IntArray) -> tuple[BoolArray, BoolArray]:
+def _reach(mdp: LabelledMDP, table: TransitionTable, start: IntArray) -> tuple[BoolArray, BoolArray]:
     """Which keys are reachable as product states, and which as arrivals."""
-    edges, inputs, size = mdp.explicit.adjacency, reader.input_probability, reader.size
+    edges, inputs, size = mdp.explicit.adjacency, table.input_probability, table.size
     degree, n_inputs = np.diff(edges.indptr), np.diff(inputs.indptr)
     seen = np.zeros(mdp.n_states * size, dtype=np.bool_)
     arrived = np.zeros_like(seen)
@@ -294,7 +294,7 @@ def _reach(mdp: LabelledMDP, reader: Reader, start: IntArray) -> tuple[BoolArray
     seen[frontier] = True
     while frontier.size:
         state, machine = np.divmod(frontier, size)
-        owner, _, machine = reader.options(machine)
+        owner, _, machine = table.options(machine)
         state = state[owner]
         length = degree[state]
         entered = edges.indices[ranges(edges.indptr[state], length)].astype(np.int64)
@@ -303,8 +303,8 @@ def _reach(mdp: LabelledMDP, reader: Reader, start: IntArray) -> tuple[BoolArray
         length = n_inputs[state]
         column = inputs.indices[ranges(inputs.indptr[state], length)]
         state, machine = np.repeat(state, length), np.repeat(machine, length)
-        live = reader.goes_on[machine, column] & ~reader.ends[state]
-        frontier = _fresh((state * size + reader.next_state[machine, column])[live], seen, ticket)
+        live = table.goes_on[machine, column] & ~table.ends[state]
+        frontier = _fresh((state * size + table.next_state[machine, column])[live], seen, ticket)
     return seen, arrived
 
 
