@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import MutableMapping
 from dataclasses import fields
+from itertools import islice
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -12,13 +14,16 @@ from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.budget import time_limit
-from ltlc.errors import InvalidArgumentError, MissingProgramError
+from ltlc.errors import DepthLimitExceeded, InvalidArgumentError, MissingProgramError, check_type
 from ltlc.formats.picture import draw
-from ltlc.ltl import Formula, Proposition, fold, parse, propositions
+from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
 from ltlc.translate import Effort, translate
 
 NOTEBOOK_STATES = 200
 """A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
+
+MAX_SUBFORMULAS = 200_000
+"""A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
 
 
 class Options(NamedTuple):
@@ -31,7 +36,11 @@ class Options(NamedTuple):
     timeout: float | None = None
 
     def check(self) -> None:
-        """Raise InvalidArgumentError if a limit is out of range."""
+        """Raise InvalidArgumentError if a limit is none or out of range; names are checked where they are looked up."""
+        check_type(self.translator, str, "translator", "a name")
+        check_type(self.max_states, Integral, "max_states", "a whole number")
+        if self.timeout is not None:
+            check_type(self.timeout, Real, "timeout", "a positive number of seconds, or None")
         if self.max_states < 1:
             raise InvalidArgumentError(f"max_states is {self.max_states}; at least 1 state is needed")
         if self.timeout is not None and not self.timeout > 0:
@@ -50,6 +59,7 @@ class DRA(RabinAutomaton):
     @classmethod
     def of(cls, automaton: RabinAutomaton, **changes: Any) -> Self:
         """The same automaton, but for the fields in `changes`, with the methods of this class."""
+        check_type(automaton, RabinAutomaton, "the automaton", "a RabinAutomaton")
         return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)} | changes)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -149,8 +159,10 @@ def compile(
     """
     options = Options(acceptance, translator, effort, max_states, timeout)
     options.check()
+    if cache is not None:
+        check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):
-        formula = parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
+        formula = as_formula(formula_or_text)
         shape, names = shape_of(formula)
         text = str(formula)
         known = None if cache is None else cache.get((shape, options))
@@ -161,8 +173,22 @@ def compile(
         return DRA.of(known, aps=names, formula=text)
 
 
+def as_formula(formula_or_text: Formula | str) -> Formula:
+    """What an argument means: a formula, or text to parse."""
+    check_type(formula_or_text, (Formula, str), "the formula", "a text, or what parse returns")
+    return parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
+
+
 def shape_of(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
-    """The formula with its propositions renamed p0, p1, ... in order of appearance, and their names."""
+    """The formula with its propositions renamed p0, p1, ... in order of appearance, and their names.
+
+    Raises:
+        DepthLimitExceeded: the formula has more than `MAX_SUBFORMULAS` different subformulas.
+    """
+    if sum(1 for _ in islice(postorder(formula), MAX_SUBFORMULAS + 1)) > MAX_SUBFORMULAS:
+        raise DepthLimitExceeded(
+            f"the formula has more than {MAX_SUBFORMULAS} different subformulas: split it into several formulas"
+        )
     names = propositions(formula)
     renamed = {name: Proposition(f"p{i}") for i, name in enumerate(names)}
 

@@ -95,9 +95,24 @@ class UnknownNameError(InvalidArgumentError):
         super().__init__(kind, name, self.known)
 
     def __str__(self) -> str:
-        near = difflib.get_close_matches(self.name, self.known, n=3)
+        near = difflib.get_close_matches(str(self.name), self.known, n=3)
         advice = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join(self.known)}."
         return f"unknown {self.kind} {self.name!r}. {advice}"
+
+
+def check_type(value: object, kind: type | tuple[type, ...], name: str, expected: str) -> None:
+    """Raise InvalidArgumentError, which says what is expected, unless the value is of that kind.
+
+    A bool is no number here.
+    """
+    if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+        raise InvalidArgumentError(f"{name} is {_shown(value)}; it must be {expected}")
+
+
+def _shown(value: object) -> str:
+    """A value for a message: itself if it is a short one of a common type, and what it is otherwise."""
+    text = repr(value) if isinstance(value, str | bytes | int | float | None) else ""
+    return text if 0 < len(text) <= 40 else f"of type {type(value).__name__}"
 
 
 class TrainingDiverged(LtlcError):

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, MutableMapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from itertools import chain, islice
 from multiprocessing import get_context
+from numbers import Integral
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.budget import time_limit
-from ltlc.compiler import DRA, Cache, Options, shape_of
-from ltlc.ltl import Formula, parse
+from ltlc.compiler import DRA, Cache, Options, as_formula, shape_of
+from ltlc.errors import InvalidArgumentError, check_type
+from ltlc.ltl import Formula
 from ltlc.translate import Effort, translate
 
 _CHUNK = 32
@@ -65,6 +67,18 @@ def compile_many(
     """
     options = Options(acceptance, translator, effort, max_states, timeout)
     options.check()
+    if isinstance(formulas, str) or not isinstance(formulas, Iterable):
+        raise InvalidArgumentError("formulas must be several: put a single one in a list")
+    if workers is not None:
+        check_type(workers, Integral, "workers", "a number of processes, or None")
+        if workers < 1:
+            raise InvalidArgumentError(
+                f"workers is {workers}; at least 1 process is needed, or None for all processors"
+            )
+    if progress is not None and not callable(progress):
+        raise InvalidArgumentError(f"progress is of type {type(progress).__name__}; it must be a function, or None")
+    if cache is not None:
+        check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     known: Cache = {} if cache is None else cache
     read: list[tuple[Formula, tuple[str, ...], str]] = []
     missing: dict[Formula, None] = {}
@@ -73,7 +87,7 @@ def compile_many(
         for formula in formulas:
             started = time.monotonic()
             with time_limit(formula if isinstance(formula, str) else "the formula", timeout):
-                parsed = parse(formula) if isinstance(formula, str) else formula
+                parsed = as_formula(formula)
                 shape, names = shape_of(parsed)
                 text = str(parsed)
             read.append((shape, names, text))

@@ -10,7 +10,7 @@ import numpy as np
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.compiler import compile
-from ltlc.errors import InvalidArgumentError, RewardWarning
+from ltlc.errors import InvalidArgumentError, RewardWarning, check_type
 from ltlc.ltl import Formula
 from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, RewardScheme, RewardTables, get_scheme
 
@@ -70,6 +70,7 @@ class Task:
             automaton = compile(formula, acceptance=acceptance, translator=translator)
         if not isinstance(reward, str) and shaping:
             raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")
+        check_type(reward, (str, RewardScheme), "reward", "the name of a scheme, or a scheme")
         self.automaton = automaton if hold is None else with_hold(automaton, hold)
         self.scheme = get_scheme(reward, shaping=shaping) if isinstance(reward, str) else reward
         if not self.scheme.has_guarantee:

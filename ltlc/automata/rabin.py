@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 from typing import Literal, NamedTuple, Self
 
 import numpy as np
@@ -19,7 +20,13 @@ from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
 from ltlc.automata.languages import equivalent_states
 from ltlc.automata.partition import number_blocks
-from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError, UnknownNameError
+from ltlc.errors import (
+    AlphabetLimitExceeded,
+    InvalidArgumentError,
+    InvalidAutomatonError,
+    UnknownNameError,
+    check_type,
+)
 
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
@@ -73,6 +80,7 @@ class RabinAutomaton:
         if n_aps > MAX_APS:
             raise AlphabetLimitExceeded(f"{n_aps} atomic propositions; tables over letters hold at most {MAX_APS}")
         _check(len(set(self.aps)) == n_aps, "an atomic proposition is listed twice")
+        _check(all(map(_is_name, self.aps)), "the name of an atomic proposition is no text that a file could hold")
         _freeze(self, "delta", np.int32, (None, None))
         _freeze(self, "letter_class", np.int32, (2**n_aps,))
         n_states, n_classes = self.delta.shape
@@ -214,10 +222,15 @@ class RabinAutomaton:
 
         Raises:
             UnknownNameError: a name is not one of `aps`.
+            InvalidArgumentError: it is no set of names, but, for example, a string.
         """
+        if isinstance(propositions, str):
+            hint = f"write {{{propositions!r}}} instead of {propositions!r}"
+            raise InvalidArgumentError(f"a letter is a set of propositions: {hint}")
+        check_type(propositions, Iterable, "a letter", "a set of names")
         mask = 0
         for name in propositions:
-            bit = self._ap_bit.get(name)
+            bit = self._ap_bit.get(name) if isinstance(name, str) else None
             if bit is None:
                 raise UnknownNameError("proposition", name, self.aps)
             mask |= bit
@@ -228,7 +241,11 @@ class RabinAutomaton:
 
         Raises:
             UnknownNameError: a name is not one of `aps`.
+            InvalidArgumentError: there is no such state.
         """
+        check_type(state, Integral, "state", "a number")
+        if not 0 <= state < self.n_states:
+            raise InvalidArgumentError(f"state is {state}; there are the states 0 to {self.n_states - 1}")
         return int(self.delta[state, self.letter_class[self.letter(propositions)]])
 
     def accepts(self, prefix: Sequence[Iterable[str]] = (), cycle: Sequence[Iterable[str]] = ((),)) -> bool:
@@ -236,7 +253,12 @@ class RabinAutomaton:
 
         Raises:
             UnknownNameError: a name is not one of `aps`.
+            InvalidArgumentError: the cycle is empty, or a letter is no set of names.
         """
+        for name, letters in (("prefix", prefix), ("cycle", cycle)):
+            check_type(letters, Iterable, name, "a sequence of letters")
+        if not cycle:
+            raise InvalidArgumentError("the cycle of a lasso word needs at least one letter")
         return self.accepts_letters([self.letter(a) for a in prefix], [self.letter(a) for a in cycle])
 
     def accepts_letters(self, prefix: Sequence[int], cycle: Sequence[int]) -> bool:
@@ -256,6 +278,11 @@ class RabinAutomaton:
         sees_fin = self.edge_fin[:, sources, labels].any(axis=1)
         sees_inf = self.edge_inf[:, sources, labels].any(axis=1)
         return bool((~sees_fin & sees_inf).any())
+
+
+def _is_name(name: object) -> bool:
+    """Whether it is a text that UTF-8 can write: half a surrogate pair is none."""
+    return isinstance(name, str) and name == name.encode("utf-8", "replace").decode("utf-8")
 
 
 def _check(condition: bool, message: str) -> None:

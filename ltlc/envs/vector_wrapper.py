@@ -17,7 +17,7 @@ from ltlc.envs.choices import PairChoices
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
 from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes, warn_discount_varies
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
 from ltlc.rewards import RewardTables
 from ltlc.task import Task
@@ -76,6 +76,7 @@ class LTLVectorWrapper(_VectorWrapper):
         extra_labels: ExtraLabels = "error",
         warn_discount: bool = True,
     ) -> None:
+        check_type(env, VectorEnv, "env", "a vector environment of Gymnasium; LTLWrapper takes single environments")
         super().__init__(env)
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)

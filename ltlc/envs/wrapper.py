@@ -15,7 +15,7 @@ from ltlc.envs.chance import Chance
 from ltlc.envs.choices import PairChoices
 from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
 from ltlc.envs.observe import ObservationMode, observer
-from ltlc.errors import InvalidArgumentError, RewardWarning, UnknownNameError
+from ltlc.errors import InvalidArgumentError, RewardWarning, UnknownNameError, check_type
 from ltlc.ltl import Formula
 from ltlc.rewards.zeta_reach import ZetaReach
 from ltlc.task import Task
@@ -92,6 +92,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             extra_labels=extra_labels,
             warn_discount=warn_discount,
         )
+        check_type(env, gym.Env, "env", "an environment of Gymnasium; LTLVectorWrapper takes vector environments")
         super().__init__(env)
         check_modes(reward, initial_label)
         self.task = task if isinstance(task, Task) else Task(task)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
 from ltlc.automata.rabin import RabinAutomaton
-from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError
+from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError, check_type
 from ltlc.formats.dot import to_dot
 from ltlc.formats.hoa import to_hoa
 from ltlc.formats.hoa_reader import from_hoa
@@ -51,6 +51,9 @@ def write_all(automaton: RabinAutomaton, paths: Iterable[str | os.PathLike[str]]
         InvalidArgumentError, OSError: as of `write`; nothing was written.
         MissingProgramError: as of `write`; all else was written.
     """
+    paths = list(paths)
+    for path in paths:
+        check_type(path, (str, os.PathLike), "the path", "the name of a file")
     contents: dict[Path, str | bytes] = {}
     problem: MissingProgramError | None = None
     for target in map(Path, paths):
@@ -79,6 +82,7 @@ def read(path: str | os.PathLike[str]) -> RabinAutomaton:
         StateLimitExceeded: Rabin pairs for its acceptance condition would need too many states.
         OSError: the file is missing or not readable.
     """
+    check_type(path, (str, os.PathLike), "the path", "the name of a file")
     source = Path(path)
     try:
         text = source.read_bytes().decode("utf-8-sig")

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 from weakref import ref
 from zlib import crc32
 
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl.syntax import PLAIN, write
 from ltlc.ltl.traversal import postorder
 
@@ -146,12 +146,17 @@ def _make(
 def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
     """The node of an operator and its operands."""
     key = (cls, *args)
-    entry = _entries.get(key)
+    try:
+        entry = _entries.get(key)
+    except TypeError:  # an operand that cannot be hashed is no formula, as below
+        entry = None
     known = None if entry is None else entry()
     if known is not None:
         return known
     size, flags, literal_mask, negated_literal_mask = 1, cls._flags_of_all, 0, 0
     for arg in args:
+        if not isinstance(arg, Formula):
+            raise InvalidArgumentError(f"the operands of {cls.__name__} are formulas, not {type(arg).__name__}")
         size += arg.size
         flags &= arg.flags
         literal_mask |= arg.literal_mask
@@ -182,7 +187,7 @@ class Proposition(Formula):
     """An atomic proposition, known by its name.
 
     Raises:
-        InvalidArgumentError: the name is empty.
+        InvalidArgumentError: the name is empty, no text, or no text that a file could hold.
     """
 
     __slots__ = ("name",)
@@ -190,12 +195,17 @@ class Proposition(Formula):
     name: str
 
     def __new__(cls, name: str) -> Self:
+        check_type(name, str, "the name of a proposition", "a text")
         if not name:
             raise InvalidArgumentError("the name of a proposition has at least one character")
         key = (cls, str(name))
         node: Self | None = _find(key)
         if node is None:
-            sign = 1 << crc32(name.encode("utf-8", "surrogatepass")) % _MASK_BITS
+            try:
+                code = name.encode("utf-8")
+            except UnicodeEncodeError:
+                raise InvalidArgumentError(f"the proposition {name!a} has half a character in its name") from None
+            sign = 1 << crc32(code) % _MASK_BITS
             node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MASK_BITS)
         return node
 

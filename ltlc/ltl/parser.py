@@ -8,7 +8,7 @@ from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import check_type
 from ltlc.ltl.diagnosis import check_characters, explain_character, explain_token, may_be_misread, warn_of_misreadings
 from ltlc.ltl.formula import (
     FALSE,
@@ -61,8 +61,7 @@ def parse_silently(text: str) -> Formula:
         LtlSyntaxError: it is not a formula.
         InvalidArgumentError: it is not even a text.
     """
-    if not isinstance(text, str):
-        raise InvalidArgumentError(f"a formula is given as a string, not as {type(text).__name__}")
+    check_type(text, str, "the formula", "a text")
     check_characters(text)
     grammar = _grammar()
     try:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from ltlc.budget import check_time
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl.formula import (
     Always,
     And,
@@ -40,13 +40,15 @@ class LassoWord:
     'a & !b; !a & b; cycle{!a & !b}'
 
     Raises:
-        InvalidArgumentError: the cycle is empty, or a letter is a bare string.
+        InvalidArgumentError: the cycle is empty, or a letter is no set of names, such as a bare string.
     """
 
     prefix: tuple[Letter, ...]
     cycle: tuple[Letter, ...]
 
     def __init__(self, prefix: Iterable[Iterable[str]], cycle: Iterable[Iterable[str]]) -> None:
+        for name, letters in (("prefix", prefix), ("cycle", cycle)):
+            check_type(letters, Iterable, name, "a sequence of letters")
         object.__setattr__(self, "prefix", tuple(map(_letter, prefix)))
         object.__setattr__(self, "cycle", tuple(map(_letter, cycle)))
         if not self.cycle:
@@ -70,7 +72,11 @@ class LassoWord:
 def _letter(names: Iterable[str]) -> Letter:
     if isinstance(names, str):
         raise InvalidArgumentError(f"a letter is a set of propositions: write {{{names!r}}} instead of {names!r}")
-    return frozenset(names)
+    check_type(names, Iterable, "a letter", "a set of names")
+    letter = tuple(names)
+    for name in letter:
+        check_type(name, str, "a proposition", "a name")
+    return frozenset(letter)
 
 
 def satisfies(formula: Formula, word: LassoWord) -> bool:
@@ -84,9 +90,14 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
     >>> satisfies(parse("G(a -> F b)"), parse_word("a; b; cycle{!a}"))
     True
 
+    Raises:
+        InvalidArgumentError: one of the two is something else.
+
     References:
         Nicolas Markey and Philippe Schnoebelen, Model checking a path, CONCUR 2003, doi:10.1007/978-3-540-45187-7_17.
     """
+    check_type(formula, Formula, "formula", "what parse returns")
+    check_type(word, LassoWord, "word", "a LassoWord, or what parse_word returns")
     letters = word.letters
     start = len(word.prefix)
     values: dict[Formula, Sequence[bool]] = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from ltlc.errors import InvalidArgumentError, LtlSyntaxError
+from ltlc.errors import LtlSyntaxError, check_type
 from ltlc.ltl.diagnosis import error_at
 from ltlc.ltl.formula import And, Constant, Formula, Not, Proposition
 from ltlc.ltl.grammar import excerpt
@@ -28,8 +28,7 @@ def parse_word(text: str) -> LassoWord:
         LtlSyntaxError: it is not a word, or a letter is more than a conjunction of literals or contradicts itself.
         InvalidArgumentError: it is not even a text.
     """
-    if not isinstance(text, str):
-        raise InvalidArgumentError(f"a word is given as a string, not as {type(text).__name__}")
+    check_type(text, str, "the word", "a text")
     prefix: list[Letter] = []
     cycle: list[Letter] = []
     letters = prefix
