@@ -383,3 +383,11 @@ class TestProcess:
         error = capsys.readouterr().err
         assert "ZeroDivisionError" in error
         assert error.endswith("ltlc: this is a bug; please report it with the lines above\n")
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "nonsense"])
+def test_a_width_in_which_nothing_can_be_read_is_none(columns: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    out, err = process("compile", "F a").communicate()
+    assert "2 states, 1 pair, state-based" in out
+    assert err == ""

@@ -9,6 +9,9 @@ import signal
 import sys
 from typing import NoReturn
 
+_NARROWEST = 20
+"""columns in which a table can still be read."""
+
 
 def main() -> NoReturn:
     """Run the command with the arguments of the process, and exit with its code."""
@@ -16,6 +19,9 @@ def main() -> NoReturn:
         # A reader that goes away (`ltlc ... | head`) ends the process silently, as with other Unix tools.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     _open_standard_streams()
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdecimal() and int(columns) < _NARROWEST:
+        del os.environ["COLUMNS"]  # tables in no columns are empty; without it the terminal is asked
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # not every terminal has arrows and logical signs
     try:
