@@ -16,6 +16,8 @@ from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from typing import Any, NamedTuple
 
+from ltlc.budget import check_time
+
 END = "$END"
 """The kind of what follows the last token."""
 UNKNOWN = "_UNKNOWN"
@@ -109,6 +111,7 @@ class Grammar:
 
         Raises:
             Misfit: its tokens are no sequence that the grammar allows.
+            TimeLimitExceeded: the time is over.
         """
         actions = self._actions
         states = [self._first_state]
@@ -126,6 +129,8 @@ class Grammar:
                 operands = values[-size:]
                 del values[-size:], states[-size:]
                 values.append(build(operands))
+                if not len(values) & 255:
+                    check_time()
                 before = states[-1]
                 state = self._known.get((before, result, kind))
                 states.append(self._state_after(before, result, kind) if state is None else state)
@@ -133,6 +138,8 @@ class Grammar:
                     return values[0]
             states.append(action)
             values.append(word)
+            if not index & 255:
+                check_time()
         raise AssertionError("the last token ends the formula or does not fit")
 
     def _state_after(self, before: int, result: str, kind: str) -> int:
