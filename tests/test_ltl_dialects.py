@@ -57,7 +57,18 @@ def test_examples_for_the_past_are_right(text: str, operator: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "first", "last"),
-    [("F[0,3] a", 0, 3), ("F<=2 a", 0, 2), ("F<2 a", 0, 1), ("F[2:4] a", 2, 4), ("G[1,2] a", 1, 2), ("X[3] a", 3, 3)],
+    [
+        ("F[0,3] a", 0, 3),
+        ("F<=2 a", 0, 2),
+        ("F<2 a", 0, 1),
+        ("F[2:4] a", 2, 4),
+        ("G[1,2] a", 1, 2),
+        ("X[3] a", 3, 3),
+        ("X^2 a", 2, 2),
+        ("F=2 a", 2, 2),
+        ("F[2..4] a", 2, 4),
+        ("[][<=1] a", 0, 1),
+    ],
 )
 def test_bounds_are_written_out(text: str, first: int, last: int) -> None:
     formula = parse(hint_of(text).split(" is ")[1])
@@ -66,7 +77,14 @@ def test_bounds_are_written_out(text: str, first: int, last: int) -> None:
         word = random_word(rng, ("a",))
         unrolled = word.prefix + 6 * word.cycle
         holds = [("a" in letter) for letter in unrolled[first : last + 1]]
-        assert satisfies(formula, word) == (all(holds) if text[0] == "G" else any(holds))
+        assert satisfies(formula, word) == (all(holds) if text[0] in "G[" else any(holds))
+
+
+@pytest.mark.parametrize(
+    "text", ["F[2,inf] a", "F[2..] a", "F>2 a", "F[3] a", "F[3,1] a", "F[0,99] a", "F<0 a", "X[1,2] a", "G[$] a"]
+)
+def test_bounds_that_are_not_clear_or_long_get_a_general_hint(text: str) -> None:
+    assert text[: text.index(" a")] + " a is" not in hint_of(text)
 
 
 @pytest.mark.parametrize(

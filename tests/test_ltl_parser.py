@@ -316,6 +316,7 @@ def test_character_soup_ends_in_a_formula_or_a_syntax_error() -> None:
         "()",
         "FG",
         "U ",
+        *("O ", "S ", "AG ", "[0,3]", "P=?", "cycle{", "|->", "\udce9"),
     ]
     parsed = 0
     for _ in range(4000):

@@ -65,7 +65,7 @@ _PAST_HINTS = {
     "since": _NO_PAST + "G(c -> (a S b)), for example, says the same as (!c W b) & G(!a & !b -> (!c W b))",
     "triggered": _NO_PAST + "G(c -> (a T b)), for example, says the same as G(!b -> (!c W (a & b)))",
 }
-_PAST_HINTS |= {"yesterday": _PAST_HINTS["yesterday"], "previously": _PAST_HINTS["yesterday"]}
+_PAST_HINTS["previously"] = _PAST_HINTS["yesterday"]
 
 
 class Foreign(NamedTuple):
@@ -185,19 +185,29 @@ def _property(match: re.Match[str]) -> Foreign:
 def _bound(match: re.Match[str]) -> Foreign:
     operator, bound = match["operator"], match["bound"]
     hint = _BOUND_HINTS.get(operator, "write the steps out with X")
-    steps = re.fullmatch(r"\D*(\d+)\D*|\D*(\d+)\D+(\d+)\D*", bound)
-    if steps and operator in _BOUNDED_UNARY:
-        name, sign = _BOUNDED_UNARY[operator]
-        exact = name == "X"
-        first = int(steps[1]) if exact and steps[1] else int(steps[2] or 0)
-        last = first if exact else int(steps[1] or steps[3]) - bound.startswith("<") * ("=" not in bound)
-        if 0 <= first <= last <= _LONGEST_BOUND and ">" not in bound:
-            hint = f"{operator}{bound} a is {sign.join('X ' * i + 'a' for i in range(first, last + 1))}"
+    steps = _steps(bound, is_next=operator == "X")
+    if steps and operator in _JOINED:
+        hint = f"{operator}{bound} a is {_JOINED[operator].join('X ' * i + 'a' for i in steps)}"
     return Foreign(f"'{operator}{bound}' has a bound, which operators do not have here", hint, match.start("bound"))
 
 
+def _steps(bound: str, is_next: bool) -> range:
+    """The steps that a bound such as [0,3], <=3 or, of next, [3] speaks about; none if they are many, or not clear."""
+    limit = re.fullmatch(r"[_{\[\s]*(<=|<|=|\^|)\s*(\d{1,3})[\s\]}]*", bound)
+    interval = re.fullmatch(r"[_{\[\s]*(\d{1,3})\s*(?:,|:|\.\.)\s*(\d{1,3})[\s\]}]*", bound)
+    if interval and not is_next:
+        steps = range(int(interval[1]), int(interval[2]) + 1)
+    elif limit and limit[1] in ("<", "<=") and not is_next:
+        steps = range(int(limit[2]) + (limit[1] == "<="))
+    elif limit and (limit[1] == "=" or (is_next and limit[1] in ("^", ""))):
+        steps = range(int(limit[2]), int(limit[2]) + 1)
+    else:
+        steps = range(0)
+    return steps if steps and steps[-1] <= _LONGEST_BOUND else range(0)
+
+
 _LONGEST_BOUND = 5
-_BOUNDED_UNARY = {"X": ("X", ""), "F": ("F", " | "), "<>": ("F", " | "), "G": ("G", " & "), "[]": ("G", " & ")}
+_JOINED = {"X": "", "F": " | ", "<>": " | ", "G": " & ", "[]": " & "}
 _BOUND_HINTS = {
     "X": "write an X for every step: X X a",
     **dict.fromkeys(("F", "<>"), "write the steps out: F a within two of them is a | X a | X X a"),
@@ -210,7 +220,9 @@ _BOUND_HINTS = {
 def _quoted(match: re.Match[str]) -> Foreign:
     name = match["name"] or "name"
     return Foreign(
-        f"{match[0]} is no name: names are quoted with double quotes", f'write "{excerpt(name)}"', match.start()
+        f"{excerpt(match[0])} is no name: names are quoted with double quotes",
+        f'write "{excerpt(name)}"',
+        match.start(),
     )
 
 
