@@ -219,7 +219,7 @@ def may_be_misread(text: str) -> bool:
 # A name that others reserve, alone or behind operators; a name like aUb; one like Oa; an operator glued to two letters.
 _SUSPECT = re.compile(
     rf"(?<![\w.])[XFG]*(?:{'|'.join(RESERVED)})(?![\w.])|[a-z]\d*[URWM][a-z]|(?<![\w.])[XFG]*[OHYZN][^\W\d]"
-    r"|(?<![\w.])[XFG]++[\w.]{2}"
+    r"|(?<![\w.])[XFG]++(?:[\w.]{2}|\.)"
 )
 
 
