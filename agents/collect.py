@@ -17,6 +17,7 @@ from ltlc.rewards import RewardTables
 
 from .encoder import ObservationEncoder
 from .replay import Steps
+from .shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -120,6 +121,9 @@ class Collector:
     Attributes:
         packed: current observations, shape (num_envs, width).
         states: current table states, shape (num_envs,).
+        episodes: how many have ended.
+        accepting_steps: how many steps carried an acceptance mark.
+        letters: union of all labels read, as a bitmask.
     """
 
     def __init__(self, interface: Interface, encoder: ObservationEncoder) -> None:
@@ -130,6 +134,16 @@ class Collector:
         self._ended: list[tuple[int, Episode]] = []
         self._totals = np.zeros((4, n))
         self._done = np.zeros(n, dtype=np.bool_)
+        self.episodes = self.accepting_steps = self.letters = 0
+
+    @property
+    def seen(self) -> Seen:
+        """What all steps came across."""
+        wrapper = self.interface.wrapper
+        aps = () if wrapper is None else wrapper.task.aps
+        never = tuple(name for i, name in enumerate(aps) if not self.letters >> i & 1)
+        # Without a task nothing is accepting or not.
+        return Seen(len(self.packed), self.episodes, self.accepting_steps if wrapper is not None else 1, never)
 
     def reset(self, seed: int) -> None:
         """Begin new episodes everywhere; those under way are dropped.
@@ -195,6 +209,7 @@ class Collector:
         self.packed = self.encoder.pack(self.interface.base(observations))
         if self.interface.wrapper is not None:
             self.states = np.asarray(infos["ltl"]["state"], dtype=np.int64)
+            self.letters |= int(np.bitwise_or.reduce(infos["ltl"]["label"]))
 
     def _ltl(self, infos: dict[str, Any], terminated: BoolArray) -> dict[str, Any]:
         if self.interface.wrapper is not None:
@@ -214,6 +229,8 @@ class Collector:
     def _count(self, rewards: npt.NDArray[Any], ltl: dict[str, Any], begun: BoolArray, done: BoolArray) -> None:
         self._totals += np.stack([rewards, np.ones(len(rewards)), ltl["violated"], ltl["accepting"]])
         self._totals[:, begun] = 0
+        self.accepting_steps += int(ltl["accepting"][~begun].sum())
+        self.episodes += int(done.sum())
         for i in np.flatnonzero(done):
             reward, length, violations, acceptances = self._totals[:, i].tolist()
             self._ended.append((int(i), Episode(reward, int(length), int(violations), int(acceptances))))

@@ -26,7 +26,7 @@ class DQNConfig:
     `hidden`): nothing is approximated, so that rewards can be told apart that differ by a hundred thousandth, as the
     schemes that maximise the probability of satisfaction need it. Of the hyperparameters it knows `gamma`,
     `reward_scale`, `learning_starts`, `batch_size` (the first fit waits for both), `total_steps` and epsilon, which is
-    then the part of the sub-environments that look for what was seldom tried.
+    then the part of the sub-environments that look for what was seldom tried; `without_effect` lists the others.
 
     Raises:
         InvalidArgumentError: a value is out of range, or two do not fit together.
@@ -77,7 +77,9 @@ class DQNConfig:
     batch_size: int = 512
     """environment steps in a batch, >= 1 (times the automaton states, if counterfactual)."""
     buffer_size: int = 200_000
-    """environment steps kept for replay, >= batch_size."""
+    """environment steps kept for replay, >= batch_size; of a shorter training there is room for all."""
+    max_memory: float | None = None
+    """gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts."""
     learning_starts: int = 1_000
     """environment steps in the buffer before the first update; at least batch_size of them are awaited."""
     train_frequency: int = 1
@@ -96,8 +98,8 @@ class DQNConfig:
     """probability of a random action at the start, in [0, 1]."""
     epsilon_final: float = 0.3
     """probability of a random action after `epsilon_steps`, in [0, 1]; high, since what is learned is off-policy."""
-    epsilon_steps: int = 100_000
-    """environment steps over which epsilon falls, linearly."""
+    epsilon_steps: int | None = None
+    """environment steps over which epsilon falls, linearly; None: a third of `total_steps`."""
 
     total_steps: int = 2_000_000
     """environment steps of the whole training, >= 1."""
@@ -141,11 +143,15 @@ class DQNConfig:
             _check_count(field, getattr(self, field), least)
         for units in self.hidden or ():
             _check_count("each entry of hidden", units, 1)
-        for field in ("reward_scale", "max_gradient_norm"):
+        for field in ("batch_norm", "double", "counterfactual"):
+            if not isinstance(getattr(self, field), bool):
+                raise InvalidArgumentError(f"{field} is {getattr(self, field)!r}; it must be true or false")
+        for field in ("reward_scale", "max_gradient_norm", "max_memory"):
             if getattr(self, field) is not None:
                 _check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
-        if self.threads is not None:
-            _check_count("threads", self.threads, 1)
+        for field, least in (("threads", 1), ("epsilon_steps", 0)):
+            if getattr(self, field) is not None:
+                _check_count(field, getattr(self, field), least)
         if self.buffer_size < self.batch_size:
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.batch_size})")
         if self.batch_norm and self.batch_size < 2:
@@ -157,7 +163,26 @@ class DQNConfig:
 
     def epsilon_at(self, steps: int) -> float:
         """Probability of a random action after so many environment steps."""
-        return _line(self.epsilon_start, self.epsilon_final, steps / max(self.epsilon_steps, 1))
+        over = self.total_steps / 3 if self.epsilon_steps is None else self.epsilon_steps
+        return _line(self.epsilon_start, self.epsilon_final, steps / max(over, 1))
+
+    def without_effect(self, *, tabular: bool, rewarded: bool) -> dict[str, str]:
+        """The hyperparameters that nothing asks for, and why.
+
+        Args:
+            tabular: whether the agent keeps a table of values, see `hidden`.
+            rewarded: whether reward tables say what is paid.
+        """
+        unused = {}
+        if rewarded:
+            unused["gamma"] = "the reward scheme brings its own discounts; set them there"
+        if tabular:
+            why = (
+                "observations are few and discrete here, so the agent keeps a table of values, fitted to all experience"
+                " at once; give layers (hidden) for a network instead"
+            )
+            unused |= dict.fromkeys(_NETWORK_ONLY, why)
+        return unused
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
@@ -194,6 +219,11 @@ _RANGES = {  # lowest, highest, whether the lowest is allowed
     "epsilon_start": (0.0, 1.0, True),
     "epsilon_final": (0.0, 1.0, True),
 }
+_NETWORK_ONLY = (
+    "state_input", "initialization", "batch_norm", "double", "optimizer", "learning_rate", "final_learning_rate", "l2",
+    "max_gradient_norm", "buffer_size", "max_memory", "train_frequency", "gradient_steps", "tau",
+    "target_update_interval", "averaging",
+)  # fmt: skip
 _COUNTS = {
     "batch_size": 1,
     "buffer_size": 1,
@@ -201,7 +231,6 @@ _COUNTS = {
     "train_frequency": 1,
     "gradient_steps": 1,
     "target_update_interval": 1,
-    "epsilon_steps": 0,
     "total_steps": 1,
     "seed": 0,
     "log_every": 1,

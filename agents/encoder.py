@@ -29,6 +29,8 @@ class _Leaf:
 
     path: tuple[str | int, ...]
     space: spaces.Space[Any]
+    kind: type[np.generic]
+    """of its numbers in a packed row."""
     columns: slice
 
 
@@ -44,7 +46,7 @@ class ObservationEncoder:
 
     Attributes:
         width: columns of a packed row.
-        dtype: of a packed row; the smallest of uint8, int64 and float32 that holds every part.
+        dtype: of a packed row: of the numbers if all are of one kind, else uint8, and the columns are their bytes.
         n_features: columns of a network input.
         n_observations: how many observations there are, or 0 if they are not numbered (parts, numbers that are not
             discrete, more than `JOINT_LIMIT`).
@@ -55,10 +57,15 @@ class ObservationEncoder:
 
     def __init__(self, space: spaces.Space[Any], mode: ObservationInput = "one-hot") -> None:
         self.space, self.mode = space, mode
-        self._leaves = list(_leaves(space, (), 0))
-        self.width = self._leaves[-1].columns.stop
-        kinds = {_packed_kind(leaf.space) for leaf in self._leaves}
-        self.dtype: npt.DTypeLike = kinds.pop() if len(kinds) == 1 else np.float32
+        parts = [(path, part, _packed_kind(part)) for path, part in _parts(space, ())]
+        kinds = {kind for _, _, kind in parts}
+        self._in_bytes = len(kinds) > 1
+        self.dtype: npt.DTypeLike = np.uint8 if self._in_bytes else kinds.pop()
+        self._leaves, self.width = [], 0
+        for path, part, kind in parts:
+            start = self.width
+            self.width += math.prod(part.shape or (1,)) * (np.dtype(kind).itemsize if self._in_bytes else 1)
+            self._leaves.append(_Leaf(path, part, kind, slice(start, self.width)))
         self.n_features = int(self.features(torch.from_numpy(self.pack(_example(space)))).shape[1])
         self._digits = self._leaves[0].space if len(self._leaves) == 1 else None
         countable = isinstance(self._digits, spaces.Discrete | spaces.MultiDiscrete)
@@ -77,7 +84,7 @@ class ObservationEncoder:
             for key in leaf.path:
                 part = part[key]
             array = np.asarray(part)
-            size = leaf.columns.stop - leaf.columns.start
+            size = math.prod(leaf.space.shape or (1,))
             if array.ndim == 0 or array.size != len(array) * size:
                 name = f" (part {leaf.path})" if leaf.path else ""
                 raise InvalidArgumentError(f"observations of shape {array.shape}{name} do not fit {leaf.space}")
@@ -86,12 +93,13 @@ class ObservationEncoder:
                     f"an observation has an entry that is NaN or infinite, in part {leaf.path or 'all'}; "
                     "repair the environment, or clip its observations with a wrapper"
                 )
-            parts.append(array.reshape(len(array), size).astype(self.dtype))
+            rows = np.ascontiguousarray(array.reshape(len(array), size), dtype=leaf.kind)
+            parts.append(rows.view(np.uint8) if self._in_bytes else rows)
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     def features(self, packed: Tensor) -> Tensor:
         """Network inputs of packed rows, shape (batch, n_features), float32."""
-        parts = [self._leaf_features(leaf.space, packed[:, leaf.columns]) for leaf in self._leaves]
+        parts = [self._leaf_features(leaf.space, self._numbers(leaf, packed)) for leaf in self._leaves]
         return parts[0] if len(parts) == 1 else torch.cat(parts, dim=1)
 
     def index(self, packed: Tensor) -> Tensor:
@@ -113,6 +121,14 @@ class ObservationEncoder:
         """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""
         return self.features(torch.from_numpy(self.pack(self.all_observations())))
 
+    def _numbers(self, leaf: _Leaf, packed: Tensor) -> Tensor:
+        """What the rows hold of one part."""
+        columns = packed[:, leaf.columns]
+        if not self._in_bytes:
+            return columns
+        kind = torch.from_numpy(np.zeros(0, dtype=leaf.kind)).dtype
+        return columns.clone(memory_format=torch.contiguous_format).view(kind)
+
     def _leaf_features(self, space: spaces.Space[Any], packed: Tensor) -> Tensor:
         if isinstance(space, spaces.Box):
             flat = packed.to(torch.float32)
@@ -128,16 +144,15 @@ class ObservationEncoder:
         return _one_hot(_from_zero(space, packed), _sizes(space))
 
 
-def _leaves(space: spaces.Space[Any], path: tuple[str | int, ...], column: int) -> Iterator[_Leaf]:
+def _parts(
+    space: spaces.Space[Any], path: tuple[str | int, ...]
+) -> Iterator[tuple[tuple[str | int, ...], spaces.Space[Any]]]:
     if isinstance(space, spaces.Dict | spaces.Tuple):
         parts = space.spaces.items() if isinstance(space, spaces.Dict) else enumerate(space.spaces)
         for key, part in parts:
-            for leaf in _leaves(part, (*path, key), column):
-                yield leaf
-                column = leaf.columns.stop
+            yield from _parts(part, (*path, key))
     elif isinstance(space, spaces.Discrete | spaces.MultiDiscrete | spaces.MultiBinary | spaces.Box):
-        size = int(math.prod(space.shape or (1,)))
-        yield _Leaf(path, space, slice(column, column + size))
+        yield path, space
     else:
         where = f" (part {path})" if path else ""
         raise InvalidArgumentError(
@@ -147,9 +162,12 @@ def _leaves(space: spaces.Space[Any], path: tuple[str | int, ...], column: int) 
 
 
 def _packed_kind(space: spaces.Space[Any]) -> type[np.generic]:
+    """The smallest kind that holds the numbers as well as a network takes them."""
     if isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
         return np.int64
-    return np.uint8 if space.dtype in (np.uint8, np.int8) and not isinstance(space, spaces.Discrete) else np.float32
+    if isinstance(space, spaces.MultiBinary) or space.dtype in (np.uint8, np.bool_):
+        return np.uint8
+    return space.dtype.type if space.dtype in (np.int8, np.int16) else np.float32
 
 
 def _sizes(space: spaces.Space[Any]) -> list[int]:

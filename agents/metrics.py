@@ -46,7 +46,7 @@ class Row:
     def text(self) -> str:
         """The row for a person."""
         if self.episode_return is None:
-            return "return -  violations -"
+            return "no episode ended"
         return f"return {self.episode_return:.1f}  violations {self.violations:.2f}"
 
 

@@ -9,9 +9,12 @@ import torch
 from torch import Tensor, nn
 
 from .config import DQNConfig
+from .memory import check_memory
 
 HIDDEN = (256,)
 """units of the hidden layers where the configuration leaves them open."""
+_COPIES = 5
+"""that learning needs of the weights: the target, the average, the gradient, and two moments of the gradient."""
 
 
 class QNetwork(nn.Module):
@@ -42,6 +45,11 @@ class QNetwork(nn.Module):
         state_features = {"heads": 0, "one-hot": n_states, "raw": 1}[config.state_input]
         n_outputs = n_actions * (n_states if config.state_input == "heads" else 1)
         widths = [n_features + state_features, *(HIDDEN if config.hidden is None else config.hidden)]
+        weights = sum(n_in * n_out for n_in, n_out in itertools.pairwise([*widths, n_outputs]))
+        what = f"a network with layers of {', '.join(map(str, widths[1:]))} units"
+        check_memory(
+            f"{what} and its {_COPIES} copies", 4 * weights * (1 + _COPIES), "cpu", "make them smaller (hidden)"
+        )
         layers: list[nn.Module] = []
         for n_in, n_out in itertools.pairwise(widths):
             layers += [_linear(n_in, n_out), nn.ReLU()]

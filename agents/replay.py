@@ -12,6 +12,10 @@ from torch import Tensor
 
 from ltlc.errors import InvalidArgumentError
 
+from .config import DQNConfig
+from .encoder import ObservationEncoder
+from .memory import check_memory, size_text
+
 
 @dataclass(frozen=True)
 class Steps:
@@ -38,6 +42,54 @@ class Steps:
 
 
 FIELDS = tuple(Steps.__dataclass_fields__)
+_KINDS = {"state": torch.int64, "action": torch.int64, "letter_class": torch.int64, "base_reward": torch.float32,
+          "terminated": torch.bool}  # fmt: skip
+"""of the columns that are not observations."""
+
+
+@dataclass(frozen=True)
+class ReplaySize:
+    """How many steps a training keeps at once, and what that takes."""
+
+    rows: int
+    """as many as `buffer_size` says, and no more than the training makes."""
+    row_bytes: int
+    """of one step with both its observations."""
+
+    @classmethod
+    def of(cls, config: DQNConfig, encoder: ObservationEncoder, num_envs: int) -> ReplaySize:
+        """The size for so many sub-environments, which all step once more when the last step is due."""
+        observation = encoder.width * np.dtype(encoder.dtype).itemsize
+        rows = min(config.buffer_size, config.total_steps + num_envs)
+        return cls(rows, 2 * observation + sum(kind.itemsize for kind in _KINDS.values()))
+
+    @property
+    def bytes(self) -> int:
+        """Of all rows."""
+        return self.rows * self.row_bytes
+
+    @property
+    def size_text(self) -> str:
+        """The size for a person."""
+        return size_text(self.bytes)
+
+    def check(self, device: str, allowed: float | None, *, copied: bool) -> None:
+        """Check that it fits, see `check_memory`.
+
+        Args:
+            device: of the buffer.
+            allowed: gigabytes; None: what is free.
+            copied: whether it is written into checkpoints, for which there is a copy in main memory for a moment.
+
+        Raises:
+            MemoryLimitExceeded: it does not.
+        """
+        what = f"the replay of {self.rows} steps of {size_text(self.row_bytes)} each"
+        advice = "lower buffer_size or total_steps, show the agent smaller observations, or set max_memory (gigabytes)"
+        if copied and torch.device(device).type == "cpu":
+            check_memory(f"{what}, with its copy for a checkpoint,", 2 * self.bytes, device, advice, allowed)
+        else:
+            check_memory(what, self.bytes, device, advice, allowed)
 
 
 class ReplayBuffer:
@@ -60,11 +112,7 @@ class ReplayBuffer:
         self.device = device
         self.columns: dict[str, Tensor] = {
             "observation": torch.zeros((capacity, width), dtype=packed, device=device),
-            "state": torch.zeros(capacity, dtype=torch.int64, device=device),
-            "action": torch.zeros(capacity, dtype=torch.int64, device=device),
-            "letter_class": torch.zeros(capacity, dtype=torch.int64, device=device),
-            "base_reward": torch.zeros(capacity, dtype=torch.float32, device=device),
-            "terminated": torch.zeros(capacity, dtype=torch.bool, device=device),
+            **{name: torch.zeros(capacity, dtype=kind, device=device) for name, kind in _KINDS.items()},
             "next_observation": torch.zeros((capacity, width), dtype=packed, device=device),
         }
         self.added = 0

@@ -18,7 +18,7 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -40,6 +40,7 @@ from . import systems
 from .config import DQNConfig
 from .folder_lock import locked_folder
 from .metrics import METRICS_FILE
+from .replay import ReplaySize
 from .storage import run_of
 from .systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
 from .training import CHECKPOINT_FILE, POLICY_FILE
@@ -55,6 +56,10 @@ _RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_P
 _EVENTS = "events.out.tfevents.*"
 """files of TensorBoard."""
 _FORMAT = 3
+MOST_ENVS = 64
+"""environments stepped together where nobody says how many."""
+EPISODES_EACH = 4
+"""episodes that at least end in each of them, if there are enough steps for one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +73,7 @@ class RunConfig:
     """of the reward scheme, `shaping` included; the others have their defaults."""
     on_deadlock: OnDeadlock | None = None
     on_termination: OnTermination = "repeat"
-    num_envs: int = 64
+    num_envs: int = MOST_ENVS
     """environments stepped together."""
     agent: str = DOUBLE_DQN
     """name of what learns."""
@@ -277,15 +282,15 @@ class RunFolder:
         """The environments of the run."""
         return self.config.setting.vector(self.task, self.config.num_envs)
 
-    def check(self) -> None:
-        """Make everything once, so that wrong input is found before anything is written.
+    def check(self, given: Collection[str] = ()) -> ReplaySize | None:
+        """Make everything once, so that wrong input is found before anything is written; see `systems.check`.
 
         Raises:
             LtlcError: the environment, its labels, the task and the hyperparameters do not go together.
         """
         env = self.vector_env()
         try:
-            systems.check(env, self.config.hyperparameters)
+            return systems.check(env, self.config.hyperparameters, given)
         finally:
             env.close()
 
@@ -392,6 +397,16 @@ def _run_of_result(path: Path) -> Any:
         return json.loads(path.read_text(encoding="utf-8")).get("run")
     except (ValueError, AttributeError) as error:
         raise FileFormatError(f"{path} is not the verdict of a run: {error}") from error
+
+
+def num_envs_for(total_steps: int, episode_steps: int) -> int:
+    """How many environments to step together, so that several episodes end in each.
+
+    Args:
+        total_steps: environment steps of the training.
+        episode_steps: where episodes are cut.
+    """
+    return max(1, min(MOST_ENVS, total_steps // (EPISODES_EACH * episode_steps)))
 
 
 def default_folder(name: str, env: str, seed: int, agent: str = DOUBLE_DQN) -> Path:

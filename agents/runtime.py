@@ -228,7 +228,7 @@ def _run_dqn(world: str, referee: _Referee, seed: int) -> _Run:
         judging += time.perf_counter() - before
         return stop
 
-    network = DQNConfig(hidden=(256,), total_steps=1_000_000, seed=seed)
+    network = DQNConfig(hidden=(256,), total_steps=1_000_000, epsilon_steps=100_000, seed=seed)  # stopped far earlier
     result = train(env, network, callback=callback)
     if result.interrupted:
         raise KeyboardInterrupt

@@ -34,12 +34,14 @@ def write_file(path: str | os.PathLike[str], kind: str, content: dict[str, Any],
     Raises:
         OSError: the folder is missing, not writable or full; an older file is as it was.
     """
-    stream = io.BytesIO()
+    stream = io.BytesIO()  # the only copy of what may be gigabytes: the checksum in its head is filled in afterwards
+    head = f"{_MAGIC} {kind} {_VERSION} {{}} {run}".rstrip() + "\n"
+    start = stream.write(head.format(_checksum(b"", run)).encode("ascii"))
     torch.save(_canonical(content), stream)
-    payload = stream.getvalue()
-    head = f"{_MAGIC} {kind} {_VERSION} {_checksum(payload, run)} {run}".rstrip() + "\n"
+    whole = stream.getbuffer()
+    whole[:start] = head.format(_checksum(whole[start:], run)).encode("ascii")
     try:
-        return atomic_write(path, head.encode("ascii") + payload)
+        return atomic_write(path, whole)
     except OSError as error:
         what = f"cannot write the {kind} ({error.strerror}); what was there before is unharmed"
         raise OSError(error.errno, what, os.fspath(path)) from error
@@ -95,8 +97,10 @@ def _canonical(value: Any) -> Any:
     return value
 
 
-def _checksum(payload: bytes, run: str) -> str:
-    return hashlib.sha256(run.encode("utf-8") + payload).hexdigest()
+def _checksum(payload: bytes | memoryview, run: str) -> str:
+    digest = hashlib.sha256(run.encode("utf-8"))
+    digest.update(payload)
+    return digest.hexdigest()
 
 
 def tables_to_tensors(tables: RewardTables) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ltlc.mdp.verdict import Judge
 
     from .dqn import DoubleDQN
+    from .replay import ReplaySize
     from .tabular.policy import TablePolicy
     from .tabular.run import TableProgress
     from .training import Progress
@@ -71,6 +72,8 @@ class Trained:
     """environment steps that the checkpoint holds."""
     message: str = ""
     """how training ended, where there is more to say than that its steps were made."""
+    shortcomings: tuple[str, ...] = ()
+    """what it lacked, and what to try."""
 
 
 def hyperparameters(agent: str, values: Mapping[str, Any]) -> Hyperparameters:
@@ -86,23 +89,43 @@ def hyperparameters(agent: str, values: Mapping[str, Any]) -> Hyperparameters:
     return type(defaults).from_dict(defaults.to_dict() | dict(values))
 
 
-def check(env: LTLVectorWrapper, config: Hyperparameters) -> None:
-    """Make everything once, so that wrong input is found before anything is written.
+def check(env: LTLVectorWrapper, config: Hyperparameters, given: Collection[str] = ()) -> ReplaySize | None:
+    """Make everything once but for the replay buffer, so that wrong input is found before anything is written.
+
+    Args:
+        env: the environment.
+        config: hyperparameters.
+        given: names of those that somebody asked for.
+
+    Returns:
+        The size of the replay buffer of networks; None where there is none.
 
     Raises:
+        InvalidArgumentError: a hyperparameter that was asked for is without effect here.
+        MemoryLimitExceeded: the networks or the replay do not fit into memory.
         LtlcError: the environment, its labels, the task and the hyperparameters do not go together.
     """
-    if isinstance(config, DQNConfig):
-        from .collect import Interface
-        from .dqn import DoubleDQN
-
-        interface = Interface.of(env)
-        DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
-        env.reset(seed=config.seed)
-    else:
+    if not isinstance(config, DQNConfig):
         from .tabular.run import check_learner
 
         check_learner(env, config)
+        return None
+    from .collect import Interface
+    from .dqn import DoubleDQN
+    from .replay import ReplaySize
+
+    interface = Interface.of(env)
+    agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
+    unused = config.without_effect(tabular=agent.tabular, rewarded=interface.tables is not None)
+    for name in given:
+        if name in unused:
+            raise InvalidArgumentError(f"{name} is without effect here: {unused[name]}")
+    env.reset(seed=config.seed)
+    if agent.tabular:
+        return None
+    size = ReplaySize.of(config, agent.encoder, env.num_envs)
+    size.check(config.device, config.max_memory, copied=True)
+    return size
 
 
 def train_agent(
@@ -134,7 +157,10 @@ def train_agent(
     if isinstance(config, DQNConfig):
         go_on = resume and (folder / CHECKPOINT_FILE).exists()  # else killed before the first checkpoint
         result = train_in(folder, env, config, run_id=run_id, resume=go_on, callback=callback)
-        return Trained(result.agent, result.steps, result.seconds, result.interrupted, result.saved_steps)
+        return Trained(
+            result.agent, result.steps, result.seconds, result.interrupted, result.saved_steps,
+            shortcomings=result.shortcomings,
+        )  # fmt: skip
     last: list[TableProgress] = []
 
     def look(progress: TableProgress) -> None:
@@ -149,7 +175,9 @@ def train_agent(
         return Trained(None, steps, seconds, interrupted=True)
     if learned.agent is not None:
         learned.agent.save(folder / POLICY_FILE, run=run_id)
-    return Trained(learned.agent, learned.steps, learned.seconds, message=learned.message)
+    return Trained(
+        learned.agent, learned.steps, learned.seconds, message=learned.message, shortcomings=learned.shortcomings
+    )
 
 
 def load_agent(agent: str, path: str | os.PathLike[str]) -> Agent:

@@ -25,7 +25,8 @@ from .config import DQNConfig
 from .dqn import DoubleDQN
 from .folder_lock import locked_folder
 from .metrics import Metrics, Row
-from .replay import ReplayBuffer
+from .replay import ReplayBuffer, ReplaySize
+from .shortcomings import EARLY, shortcomings
 from .storage import read_file, run_of, same_tables, tables_of_tensors, tables_to_tensors, write_file
 from .table import GROWTH, Tally
 
@@ -43,6 +44,8 @@ class Progress:
     agent: DoubleDQN
     row: Row
     total_steps: int
+    shortcomings: tuple[str, ...] = ()
+    """what the training lacks so far, see `ltlc.agents.shortcomings`; told once, after a quarter of the steps."""
 
     @property
     def seconds_left(self) -> float:
@@ -64,6 +67,8 @@ class TrainingResult:
     folder: Path | None
     saved_steps: int = 0
     """environment steps that the checkpoint in the folder holds."""
+    shortcomings: tuple[str, ...] = ()
+    """what the training lacked, and what to try; see `ltlc.agents.shortcomings`."""
 
     def __str__(self) -> str:
         total = self.agent.config.total_steps
@@ -153,11 +158,13 @@ def train_in(
             losses = run.learn(learning_rate) if len(steps.action) else []
             row = run.advance(len(steps.action), losses, epsilon, learning_rate)
             if row is not None and callback is not None:
-                stopped = bool(callback(Progress(run.agent, row, config.total_steps)))
+                stopped = bool(callback(Progress(run.agent, row, config.total_steps, run.early_shortcomings())))
             if run.leg_is_over() and run.steps < config.total_steps:
                 run.begin_leg()
         run.finish(complete=not interrupt.raised)
-        return TrainingResult(run.agent, run.steps, run.seconds, interrupt.raised, folder, run.saved_steps)
+        return TrainingResult(
+            run.agent, run.steps, run.seconds, interrupt.raised, folder, run.saved_steps, run.shortcomings()
+        )
 
 
 class _Run:
@@ -179,10 +186,13 @@ class _Run:
         if self.agent.tabular:
             self.buffer = Tally(encoder, interface.n_actions, self.agent.tables.n_classes)
         else:
-            self.buffer = ReplayBuffer(config.buffer_size, encoder.width, encoder.dtype, config.device)
+            size = ReplaySize.of(config, encoder, env.num_envs)
+            size.check(config.device, config.max_memory, copied=folder is not None)
+            self.buffer = ReplayBuffer(size.rows, encoder.width, encoder.dtype, config.device)
         self.collector = Collector(interface, encoder)
         self.generator = torch.Generator().manual_seed(_seed(config, 0))
         self.steps = self.rounds = self.leg = 0
+        self._told = False
         self._seconds, self._since = 0.0, time.perf_counter()
         if saved is not None:
             self._check_same_task(saved)
@@ -222,6 +232,19 @@ class _Run:
             return None
         return self.metrics.row(self.steps, self.agent.updates, epsilon, learning_rate, round(self.seconds, 3))
 
+    def shortcomings(self) -> tuple[str, ...]:
+        """What the training has lacked so far."""
+        updates = None if self.agent.tabular else self.agent.updates
+        wait = max(self.config.learning_starts, self.config.batch_size)
+        return tuple(shortcomings(self.collector.seen, self.steps, updates=updates, wait=wait))
+
+    def early_shortcomings(self) -> tuple[str, ...]:
+        """The same, once: with the first row after a part of the steps."""
+        if self._told or self.steps < EARLY * self.config.total_steps:
+            return ()
+        self._told = True
+        return self.shortcomings()
+
     def leg_is_over(self) -> bool:
         """Whether a checkpoint is due."""
         return self.steps >= self._leg_end
@@ -260,6 +283,7 @@ class _Run:
             "rounds": self.rounds,
             "leg": self.leg,
             "seconds": self.seconds,
+            "seen": [self.collector.episodes, self.collector.accepting_steps, self.collector.letters],
             "generator": self.generator.get_state(),
             "agent": self.agent.state_dict(),
             "buffer": self.buffer.state_dict(),
@@ -275,6 +299,7 @@ class _Run:
     def _restore(self, saved: dict[str, Any]) -> None:
         self.steps, self.rounds, self.leg = saved["steps"], saved["rounds"], saved["leg"]
         self._seconds = saved["seconds"]
+        self.collector.episodes, self.collector.accepting_steps, self.collector.letters = saved["seen"]
         self.generator.set_state(saved["generator"])
         self.agent.load_state_dict(saved["agent"])
         self.buffer.load_state_dict(saved["buffer"])

@@ -21,8 +21,11 @@ _TEMPORARY = re.compile(r"\.ltlc-[0-9a-f]{16}\.tmp")
 _LONG_AGO = 86_400.0
 """seconds after which a temporary file is nobody's, where locks cannot say so."""
 
+Content = str | bytes | memoryview
+"""of a file."""
 
-def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> Path:
+
+def atomic_write(path: str | os.PathLike[str], data: Content) -> Path:
     """Write a whole file at once: a reader sees the old content or the new one, never a part.
 
     The data goes to a temporary file in the same folder, which then replaces `path`. On any failure the temporary
@@ -40,7 +43,7 @@ def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> Path:
     return atomic_write_all({Path(path): data})[0]
 
 
-def atomic_write_all(files: Mapping[Path, str | bytes], *, instead_of: Iterable[Path] = ()) -> tuple[Path, ...]:
+def atomic_write_all(files: Mapping[Path, Content], *, instead_of: Iterable[Path] = ()) -> tuple[Path, ...]:
     """Write several files, each as `atomic_write` does; none takes its place before all are on the disk.
 
     Args:
@@ -104,7 +107,7 @@ def is_at(handle: int, path: str | os.PathLike[str]) -> bool:
 class _Staged:
     """A file that is written and not yet in its place; the end of the context removes it if it never gets there."""
 
-    def __init__(self, target: Path, data: str | bytes) -> None:
+    def __init__(self, target: Path, data: Content) -> None:
         self._target = target
         self._content = data.encode("utf-8") if isinstance(data, str) else data
         self._real = Path(os.path.realpath(target))

@@ -11,6 +11,7 @@
     └── LimitExceeded                      a budget ran out; nothing was written
         ├── StateLimitExceeded
         ├── TimeLimitExceeded
+        ├── MemoryLimitExceeded
         └── AlphabetLimitExceeded
 
     UserWarning
@@ -133,6 +134,10 @@ class StateLimitExceeded(LimitExceeded):
 
 class TimeLimitExceeded(LimitExceeded):
     """More seconds than allowed would be needed."""
+
+
+class MemoryLimitExceeded(LimitExceeded):
+    """More memory than allowed, or than is free, would be needed."""
 
 
 class AlphabetLimitExceeded(LimitExceeded):

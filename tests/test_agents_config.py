@@ -3,6 +3,7 @@
 import pytest
 
 from ltlc.agents import DQNConfig
+from ltlc.agents.run_folder import num_envs_for
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 
 
@@ -36,6 +37,10 @@ def test_defaults_are_double_and_counterfactual() -> None:
         ({"reward_scale": 0.0}, "reward_scale is 0"),
         ({"threads": 0}, "threads is 0"),
         ({"batch_norm": True, "batch_size": 1}, "at least 2"),
+        ({"batch_norm": "off"}, "batch_norm is 'off'; it must be true or false"),
+        ({"double": 1}, "double is 1; it must be true or false"),
+        ({"epsilon_steps": -1}, "epsilon_steps is -1; it must be a whole number, at least 0"),
+        ({"max_memory": 0}, "max_memory is 0; it must be a number in"),
     ],
 )
 def test_values_out_of_range_are_refused(changes: dict[str, object], words: str) -> None:
@@ -67,3 +72,33 @@ def test_schedules_are_lines_with_flat_ends() -> None:
 def test_dictionaries_give_the_configuration_back() -> None:
     config = DQNConfig.thesis(seed=3)
     assert DQNConfig.from_dict(config.to_dict()) == config
+
+
+def test_exploration_follows_the_steps_asked_for_unless_it_is_given() -> None:
+    for total in (300, 21_000, 3_000_000):
+        config = DQNConfig(total_steps=total)
+        assert config.epsilon_at(0) == 1.0
+        assert config.epsilon_at(total // 6) == pytest.approx(0.65, abs=1e-4)
+        assert config.epsilon_at(total // 3) == config.epsilon_at(total) == pytest.approx(0.3)
+    assert DQNConfig(total_steps=300, epsilon_steps=600).epsilon_at(300) == pytest.approx(0.65)
+
+
+def test_environments_follow_the_steps_asked_for() -> None:
+    assert num_envs_for(300_000, 200) == 64
+    assert num_envs_for(8_000, 200) == 10  # 64 would take 125 steps each, and no episode would end
+    assert num_envs_for(100, 200) == 1
+    for total in (1, 1_000, 5_000, 50_000):
+        for episode in (1, 30, 500):
+            n = num_envs_for(total, episode)
+            assert 1 <= n <= 64 and (n == 1 or total // n >= 4 * episode)
+
+
+def test_what_is_without_effect_names_its_reason() -> None:
+    config = DQNConfig()
+    assert config.without_effect(tabular=False, rewarded=False) == {}
+    assert list(config.without_effect(tabular=False, rewarded=True)) == ["gamma"]
+    table = config.without_effect(tabular=True, rewarded=True)
+    assert "keeps a table" in table["learning_rate"] and "discounts" in table["gamma"]
+    known = set(config.to_dict())
+    needed = {"hidden", "observation_input", "counterfactual", "total_steps", "seed", "epsilon_steps", "batch_size"}
+    assert set(table) < known and not needed & set(table)

@@ -25,6 +25,34 @@ def features(encoder: ObservationEncoder, batch: Any) -> np.ndarray:
     return encoder.features(torch.from_numpy(encoder.pack(batch))).numpy()
 
 
+PICTURE = spaces.Box(0, 255, (4, 4, 3), dtype=np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("space", "bytes_in_a_row"),
+    [
+        (PICTURE, 48),
+        (spaces.Dict({"picture": PICTURE, "direction": spaces.Discrete(4)}), 48 + 8),
+        (spaces.Tuple([spaces.Box(-1.0, 1.0, (3,)), PICTURE, spaces.MultiBinary(5)]), 12 + 48 + 5),
+        (spaces.Box(-7, 7, (6,), dtype=np.int8), 6),
+        (spaces.Box(-300, 300, (6,), dtype=np.int16), 12),
+        (spaces.Box(-1.0, 1.0, (6,), dtype=np.float64), 24),
+    ],
+    ids=str,
+)
+def test_every_part_is_packed_as_its_own_kind(space: spaces.Space[Any], bytes_in_a_row: int) -> None:
+    encoder = ObservationEncoder(space, "raw")
+    assert encoder.width * np.dtype(encoder.dtype).itemsize == bytes_in_a_row
+    batch = batch_space(space, 5)
+    batch.seed(1)
+    sample = batch.sample()
+    parts = sample.values() if isinstance(sample, dict) else sample if isinstance(sample, tuple) else [sample]
+    expected = np.concatenate([np.reshape(part, (5, -1)).astype(np.float32) for part in parts], axis=1)
+    assert np.array_equal(features(encoder, sample), expected)
+    one = encoder.features(torch.from_numpy(encoder.pack(sample))[3:4])  # a row that does not begin at an even address
+    assert np.array_equal(one.numpy(), expected[3:4])
+
+
 @pytest.mark.parametrize("space", SPACES, ids=str)
 @pytest.mark.parametrize("mode", ["one-hot", "raw"])
 def test_batches_of_every_space_are_encoded(space: spaces.Space[Any], mode: Any) -> None:

@@ -225,7 +225,7 @@ def test_kill_during_a_checkpoint_leaves_the_previous_one(tmp_path: Path) -> Non
     env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), Task("F A", reward="thesis"))
     seen: list[int] = []
     resumed = train(env, folder=tmp_path / "run", resume=True, callback=lambda p: seen.append(p.row.steps))
-    assert seen[0] == 1_500 and resumed.steps >= 3_000
+    assert 1_500 <= seen[0] < 1_504 and resumed.steps >= 3_000  # a row comes with the first step of 4 that is due
     assert_same(resumed.agent, train(env, resumed.agent.config).agent)
 
 

@@ -317,6 +317,7 @@ def test_folder_without_permission(folder: Path, capsys: pytest.CaptureFixture[s
 
 def test_without_graphviz(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(folder))
+    monkeypatch.setattr("ltlc.formats.picture._substitute", lambda: None)
     assert run(["compile", "F a", "-o", "a.svg"]) == 2
     error = paragraph(capsys.readouterr().err)
     assert "apt install graphviz" in error

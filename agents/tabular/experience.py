@@ -20,6 +20,7 @@ from ltlc.task import Task
 
 from ..collect import Collector, Interface
 from ..encoder import JOINT_LIMIT, ObservationEncoder
+from ..shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
@@ -99,6 +100,11 @@ class Experience:
     def table_state(self) -> IntArray:
         """The table state each sub-environment is in, shape (n_envs,)."""
         return self._collector.states
+
+    @property
+    def seen(self) -> Seen:
+        """What the steps came across."""
+        return self._collector.seen
 
     def step(self, actions: IntArray) -> Batch:
         """Carry out one action in each sub-environment; those that only begin an episode are left out."""

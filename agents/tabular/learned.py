@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy.typing as npt
 
+from ..shortcomings import Seen
+
 
 @dataclass(frozen=True, eq=False)
 class Learned:
@@ -32,6 +34,8 @@ class Learned:
     """accepting maximal end components of the learned product; None for learners that do not look for them."""
     value: float
     """the learner's own estimate of its objective from the start: a probability, or a return."""
+    seen: Seen | None = None
+    """what the steps came across; None for learners of a model, whose `message` tells what they look for."""
 
 
 Callback = Callable[[Learned], bool | None]

@@ -96,6 +96,7 @@ class _QLearner:
             product_states=visited,
             accepting_components=None,
             value=float(self.average[state, :, q].max(axis=1).mean()),
+            seen=self.experience.seen,
         )
 
     def _teach(self, batch: Batch, own: int, other: int) -> None:

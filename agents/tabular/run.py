@@ -16,6 +16,7 @@ from ltlc.mdp.verdict import Judge
 from ..collect import Interface
 from ..encoder import ObservationEncoder
 from ..metrics import METRICS_FILE
+from ..shortcomings import EARLY, shortcomings
 from .config import LearnerConfig
 from .experience import Experience, check_choices
 from .learned import Learned
@@ -56,6 +57,8 @@ class TableProgress:
 
     row: TableRow
     total_steps: int
+    shortcomings: tuple[str, ...] = ()
+    """what the training lacks so far; told once, after a quarter of the steps."""
 
     @property
     def seconds_left(self) -> float:
@@ -75,6 +78,8 @@ class TableResult:
     """of learning and planning."""
     message: str
     """how training ended."""
+    shortcomings: tuple[str, ...] = ()
+    """what the training lacked, and what to try."""
 
 
 def check_learner(env: LTLVectorWrapper, config: LearnerConfig) -> None:
@@ -126,10 +131,16 @@ def train_learner(
         if folder is not None:
             atomic_write(folder / METRICS_FILE, _csv(rows))
         if callback is not None:
-            callback(TableProgress(rows[-1], config.total_steps))
+            before = rows[-2].steps if len(rows) > 1 else 0
+            early = before < EARLY * config.total_steps <= learned.steps  # so that it is told once
+            callback(TableProgress(rows[-1], config.total_steps, _shortcomings(learned) if early else ()))
 
     learned = learner.train(env, config, callback=report)
-    return TableResult(agent(learned), learned.steps, learned.seconds, learned.message)
+    return TableResult(agent(learned), learned.steps, learned.seconds, learned.message, _shortcomings(learned))
+
+
+def _shortcomings(learned: Learned) -> tuple[str, ...]:
+    return () if learned.seen is None else tuple(shortcomings(learned.seen, learned.steps))
 
 
 def _row(learned: Learned, agent: TablePolicy | None, judge: Judge | None) -> TableRow:

@@ -21,7 +21,7 @@ def evaluate(
     episodes: Annotated[
         int, typer.Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
     ] = 100,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the sampling.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of the sampling.")] = 0,
     prism: flags.Prism = None,
     json_: flags.Json = False,
 ) -> None:

@@ -82,7 +82,7 @@ def _candidate(text: str, on_deadlock: Any, on_termination: Any) -> Candidate:
     from ltlc.faithful import Candidate
 
     name, *parameters = text.split(",")
-    return Candidate.of(name, on_deadlock, on_termination, **setting.assignments(parameters, "--reward"))
+    return Candidate.of(name, on_deadlock, on_termination, **setting.parameters_of(parameters, name, "--reward"))
 
 
 def _print(report: FaithfulnessReport, env: str) -> None:

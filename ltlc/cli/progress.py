@@ -7,20 +7,31 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from ltlc.cli.messages import complain
+
 Display = Callable[[Any], None]
 """Called with each row of metrics."""
 
 
 @contextlib.contextmanager
 def training_display(total_steps: int, *, quiet: bool) -> Iterator[Display]:
-    """A live bar on a terminal, about twenty plain lines elsewhere, nothing if quiet."""
+    """A live bar on a terminal, about twenty plain lines elsewhere, nothing if quiet; what goes wrong in any case."""
     if quiet:
-        yield lambda progress: None
+        yield _with_warnings(lambda progress: None)
     elif sys.stdout.isatty():
         with _bar(total_steps) as display:
-            yield display
+            yield _with_warnings(display)
     else:
-        yield _Lines(total_steps)
+        yield _with_warnings(_Lines(total_steps))
+
+
+def _with_warnings(display: Display) -> Display:
+    def show(progress: Any) -> None:
+        display(progress)
+        for shortcoming in progress.shortcomings:
+            complain(f"warning: {shortcoming}")
+
+    return show
 
 
 @contextlib.contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from ltlc.cli.inputs import given_automaton
-from ltlc.errors import InvalidArgumentError
+from ltlc.cli.values import assignments, kinds_of
 
 if TYPE_CHECKING:
     from ltlc.compiler import DRA
@@ -38,7 +37,7 @@ EnvArguments = Annotated[
 ]
 EpisodeSteps = Annotated[
     int | None,
-    typer.Option("--episode-steps", metavar="N", help="Cut episodes after so many steps.", show_default="the env's"),
+    typer.Option("--episode-steps", min=1, metavar="N", help="Cut episodes after N steps.", show_default="the env's"),
 ]
 InitialLabel = Annotated[
     Literal["read", "skip"],
@@ -69,22 +68,12 @@ OnTermination = Annotated[
 ]
 
 
-def assignments(texts: Sequence[str] | None, option: str) -> dict[str, Any]:
-    """`key=value` texts as a dict; values are JSON where they can be read so, and text elsewhere.
+def parameters_of(texts: Sequence[str] | None, reward: str, option: str = "--set") -> dict[str, Any]:
+    """The parameters of a reward scheme; a scheme that is not known says so when it is made."""
+    from ltlc.rewards import SCHEMES
 
-    Raises:
-        InvalidArgumentError: one has no `=`.
-    """
-    values = {}
-    for text in texts or ():
-        key, equals, value = text.partition("=")
-        if not equals or not key:
-            raise InvalidArgumentError(f"{option} {text!r}: expected KEY=VALUE")
-        try:
-            values[key.replace("-", "_")] = json.loads(value)
-        except ValueError:
-            values[key.replace("-", "_")] = value
-    return values
+    kinds = kinds_of(SCHEMES[reward]) if reward in SCHEMES else {}
+    return assignments(texts, option, {"shaping": float} | kinds)
 
 
 def automaton_of(source: str, acceptance: Literal["state", "transition"], translator: str) -> DRA:
@@ -105,9 +94,15 @@ def setting_of(
     """The environment that the options describe."""
     from ltlc.envs.setting import Setting
 
+    kinds: dict[str, Any] = {}
+    if arguments:
+        for name, default in Setting(env=env).default_arguments.items():
+            # A number may be given where the default is one of another kind; a word or a switch may not.
+            kinds |= {name: type(default)} if isinstance(default, bool) else {}
+            kinds |= {name: str | None} if isinstance(default, str) else {}
     return Setting(
         env=env,
-        arguments=assignments(arguments, "--env-set"),
+        arguments=assignments(arguments, "--env-set", kinds),
         labels=labels,
         max_episode_steps=episode_steps,
         initial_label=initial_label,

@@ -67,8 +67,8 @@ def solve(
     from ltlc.rewards import RECOMMENDED, get_scheme
     from ltlc.task import Task
 
-    parameters = setting.assignments(set_, "--set") | ({} if gamma is None else {"gamma": gamma})
     reward = reward or RECOMMENDED
+    parameters = setting.parameters_of(set_, reward) | ({} if gamma is None else {"gamma": gamma})
     scheme = get_scheme(reward, **parameters)
     automaton = setting.automaton_of(formula, acceptance, translator)
     task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)

@@ -13,11 +13,15 @@ from ltlc.cli import flags, setting
 from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
+from ltlc.cli.values import assignments, kinds_of
 from ltlc.cli.verdicts import maximum_text, print_figures
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.automata import RabinAutomaton
+
+STEPS = 300_000
+"""of double DQN, where no number is given."""
 
 
 def train(
@@ -47,14 +51,25 @@ def train(
     steps: Annotated[
         int | None,
         typer.Option(
-            "--steps", "-n", metavar="N", help="Environment steps in all.", show_default="300000, or the learner's"
+            "--steps",
+            "-n",
+            min=1,
+            metavar="N",
+            help="Environment steps in all.",
+            show_default="300000, or the learner's",
         ),
     ] = None,
     num_envs: Annotated[
         int | None,
-        typer.Option("--num-envs", metavar="N", help="Environments stepped together.", show_default="64, thesis 1"),
+        typer.Option(
+            "--num-envs",
+            min=1,
+            metavar="N",
+            help="Environments stepped together.",
+            show_default="64, or fewer where steps are few; thesis 1",
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of everything that is random.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of everything that is random.")] = 0,
     device: Annotated[
         str | None,
         typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...; of double-dqn.", show_default="cpu"),
@@ -94,7 +109,7 @@ def train(
     """
     from ltlc.rewards import RECOMMENDED
 
-    folders = import_module("ltlc.agents.run_folder")
+    folders, replay = import_module("ltlc.agents.run_folder"), None
     if formula is None or env is None:
         if not resume or out is None:
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
@@ -102,13 +117,22 @@ def train(
     else:
         automaton = setting.automaton_of(formula, acceptance, translator)
         place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
-        num_envs = num_envs if num_envs is not None else 1 if config == "thesis" else 64
+        reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
+        defaults = import_module("ltlc.agents.systems").hyperparameters(agent, {})
+        given = assignments(hyper, "--hyper", kinds_of(type(defaults)))
+        if steps is None:
+            steps = given.get("total_steps", STEPS if agent == folders.DOUBLE_DQN else defaults.total_steps)
+        elif given.get("total_steps", steps) != steps:
+            raise InvalidArgumentError(
+                f"--steps is {steps}, and total_steps is {given['total_steps']}; give one of them"
+            )
+        if num_envs is None:
+            num_envs = 1 if config == "thesis" else folders.num_envs_for(steps, place.episode_steps)
         episodes = num_envs * place.episode_steps
-        given = setting.assignments(hyper, "--hyper")
         wanted = folders.RunConfig(
             setting=place,
-            reward=reward or ("thesis" if config == "thesis" else RECOMMENDED),
-            parameters=setting.assignments(set_, "--set"),
+            reward=reward,
+            parameters=setting.parameters_of(set_, reward),
             on_deadlock=on_deadlock,
             on_termination=on_termination,
             num_envs=num_envs,
@@ -123,18 +147,18 @@ def train(
                     f"{folder} holds a training run; go on with it by --resume, replace it by --force, or give another "
                     "folder with --out"
                 )
-            folders.RunFolder(folder, wanted, automaton).check()
+            replay = folders.RunFolder(folder, wanted, automaton).check(given)
             run = folders.RunFolder.create(folder, wanted, automaton, force=force)
     with run:
         if resume and device is not None:
             run.move_to(device)
-        raise typer.Exit(_train(run, resume, quiet or json_, json_))
+        raise typer.Exit(_train(run, resume, quiet or json_, json_, replay))
 
 
 def _hyperparameters(
     agent: str,
     preset: str,
-    steps: int | None,
+    steps: int,
     seed: int,
     device: str | None,
     episodes: int,
@@ -145,24 +169,21 @@ def _hyperparameters(
     Args:
         agent: its name.
         preset: what double DQN starts from.
-        steps: environment steps; None: the agent's own number.
+        steps: environment steps.
         seed: of everything random.
         device: of the networks, or None.
         episodes: steps of whole episodes in all environments.
         given: hyperparameters.
     """
     systems = import_module("ltlc.agents.systems")
-    implied: dict[str, Any] = {"seed": seed}
+    implied: dict[str, Any] = {"seed": seed, "total_steps": steps}
     if agent == systems.DOUBLE_DQN:
-        total = 300_000 if steps is None else steps
         thesis = import_module("ltlc.agents").DQNConfig.thesis().to_dict() if preset == "thesis" else {}
         # A checkpoint begins new episodes, so there must be time for whole ones between two.
-        pace = {"log_every": max(total // 100, 1), "checkpoint_every": max(total // 20, episodes, 1)}
-        implied = thesis | implied | pace | {"total_steps": total}
+        pace = {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, episodes, 1)}
+        implied = thesis | implied | pace
     elif preset != "default":
         raise InvalidArgumentError(f"--config {preset} is for the agent {systems.DOUBLE_DQN!r}, not for {agent!r}")
-    elif steps is not None:
-        implied["total_steps"] = steps
     config = systems.hyperparameters(agent, implied | given)
     return config if device is None else systems.on_device(config, device)
 
@@ -183,7 +204,7 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
     return run
 
 
-def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
+def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int:
     conclude = import_module("ltlc.agents.conclude")
     total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.setting, episodes=True)
@@ -191,6 +212,8 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
         print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
         if run.judge is not None:
             print(maximum_text(run.judge))
+        if replay is not None:
+            print(f"Replay: the last {replay.rows} steps, {replay.size_text}")
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:
@@ -200,14 +223,15 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
         what = kept if run.keeps_checkpoints else anew
         return complain(f"interrupted after {result.steps} of {total} steps; {what}", code=130)
     told = {"folder": str(run.path), "seconds": round(result.seconds, 3)}
+    lacked = {"shortcomings": list(result.shortcomings)}
     if result.agent is None:
-        nothing = {"agent": run.config.agent, "steps": result.steps, "learned": None}
+        nothing = {"agent": run.config.agent, "steps": result.steps, "learned": None} | lacked
         run.write_result(nothing)
         if json_:
             print(json.dumps(told | nothing, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
     verdict = conclude.judge_run(run, result.agent)
-    values = {"agent": run.config.agent, "steps": result.steps, **verdict.to_dict()}
+    values = {"agent": run.config.agent, "steps": result.steps, **verdict.to_dict(), **lacked}
     run.write_result(values)
     pictures = conclude.draw_run(run, result.agent, verdict.judge)
     if json_:
@@ -215,6 +239,8 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool) -> int:
     elif not quiet:
         print(f"{result.steps} steps in {result.seconds:.1f} s{result.message and f'; {result.message}'}")
         print_figures(verdict.lines(), headings(verdict))
+        for shortcoming in result.shortcomings:
+            print(f"Note: {shortcoming}")
         print(f"Pictures: {', '.join(map(str, pictures))}")
     return 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import inspect
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -47,6 +48,11 @@ class Setting:
     """limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it has none."""
     initial_label: InitialLabel = "read"
     """whether the label of the first observation is read."""
+
+    def __post_init__(self) -> None:
+        steps = self.max_episode_steps
+        if steps is not None and (not isinstance(steps, int) or isinstance(steps, bool) or steps < 1):
+            raise InvalidArgumentError(f"max_episode_steps is {steps!r}; it must be a whole number, at least 1")
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
@@ -109,6 +115,19 @@ class Setting:
             wrappers = [] if source is None else [_Labelled.around(source, task.aps)]
             envs = _made(self._spec, arguments, num_envs, vectorization_mode="sync", wrappers=wrappers)
         return LTLVectorWrapper(envs, task, initial_label=self.initial_label)
+
+    @property
+    def default_arguments(self) -> dict[str, Any]:
+        """What the constructor of the environment takes where an argument is not given; empty where it cannot tell."""
+        spec = self._spec
+        try:
+            make = spec.entry_point
+            made = gym.envs.registration.load_env_creator(make) if isinstance(make, str) else make
+            parameters = inspect.signature(made).parameters.values() if made is not None else ()
+        except Exception:  # the module is the user's, so anything may happen; making the environment tells
+            return {}
+        defaults = {one.name: one.default for one in parameters if one.default is not one.empty}
+        return defaults | dict(spec.kwargs)
 
     @cached_property
     def _spec(self) -> gym.envs.registration.EnvSpec:
