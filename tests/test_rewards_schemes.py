@@ -285,7 +285,7 @@ def test_every_scheme_introduces_itself() -> None:
         assert scheme.name == name
         assert "doi" in scheme.citation or "https" in scheme.citation
         assert scheme.guarantee.endswith(".")
-        assert scheme.needs
+        assert scheme.requires
         made = get_scheme(name)
         assert set(made.parameters) >= set()
         assert pickle.loads(pickle.dumps(made)) == made

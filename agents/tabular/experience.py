@@ -15,7 +15,7 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP, Product, RewardProduct
 from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables
-from ltlc.rewards.scheme import Steps
+from ltlc.rewards.scheme import StepRewards
 from ltlc.task import Task
 
 from ..collect import Collector, Interface
@@ -156,6 +156,6 @@ class _Unrewarded(RewardScheme):
         """Itself: nobody learns from these rewards, so there is nothing to warn of."""
         return self
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """No rewards."""
-        return Steps(accepted=np.zeros(dra.delta.shape, dtype=np.bool_))
+        return StepRewards(accepted=np.zeros(dra.delta.shape, dtype=np.bool_))

@@ -14,7 +14,7 @@ def rewards(json_: flags.Json = False) -> None:
         {
             "name": name,
             "guarantee": scheme.guarantee,
-            "needs": scheme.needs,
+            "requires": scheme.requires,
             "parameters": ", ".join(f"{key}={value}" for key, value in scheme().parameters.items()),
             "citation": scheme.citation,
         }

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ltlc.automata import RabinAutomaton, Refinement
-from ltlc.rewards.forms import one_pair_form
-from ltlc.rewards.need import buchi_or_one_pair
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+from ltlc.rewards.forms import buchi_or_one_pair, one_pair_form
+from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Accept(RewardScheme):
     name: ClassVar[str] = "accept"
     citation: ClassVar[str] = "folklore; discussed in Hahn et al., TACAS 2019, doi 10.1007/978-3-030-17462-0_27"
     guarantee: ClassVar[str] = "None: many early acceptances can outweigh a larger probability of satisfaction."
-    needs: ClassVar[str] = "Büchi form, or one Rabin pair"
+    requires: ClassVar[str] = "Büchi form, or one Rabin pair"
 
     gamma: float = 0.99
     """discount of every step, in (0, 1]."""
@@ -35,10 +34,10 @@ class Accept(RewardScheme):
         """See `ltlc.rewards.forms.one_pair_form`."""
         return one_pair_form(dra)
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """1 on acceptance; an accepting sink is worth 1 at every step for ever."""
         accepted = buchi_or_one_pair(self, dra)
-        return Steps(
+        return StepRewards(
             accepted=accepted,
             reward=accepted.astype(float),
             discount=self.gamma,

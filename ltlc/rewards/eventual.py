@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from ltlc.automata import RabinAutomaton, Refinement
-from ltlc.rewards.forms import buchi_form
-from ltlc.rewards.need import buchi
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability, nearer_to_one
+from ltlc.rewards.buchi_scheme import BuchiScheme, discounted_acceptances
+from ltlc.rewards.scheme import StepRewards
+from ltlc.rewards.tables import BoolArray
 
 
 @dataclass(frozen=True)
-class Eventual(RewardScheme):
+class Eventual(BuchiScheme):
     """An accepting step pays 1 and is discounted by gamma; another pays nothing and is not discounted.
 
     References:
@@ -29,28 +25,11 @@ class Eventual(RewardScheme):
         "The optimal policy's probability of satisfaction is within 2 log(1/gamma) times the expected number of "
         "acceptances of non-satisfying runs (supremum over policies) of the maximum."
     )
-    needs: ClassVar[str] = "Büchi form"
+    limit_parameter: ClassVar[str] = "gamma"
 
     gamma: float = 0.99
     """discount of accepting steps, in (0, 1)."""
 
-    def __post_init__(self) -> None:
-        check_probability(self, "gamma")
-
-    def towards_limit(self, k: int) -> RewardScheme:
-        """Gamma tends to 1."""
-        return dataclasses.replace(self, gamma=nearer_to_one(self.gamma, k))
-
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
-        """See `ltlc.rewards.forms.buchi_form`."""
-        return buchi_form(dra)
-
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1 / (1 - gamma)."""
-        accepted = buchi(self, dra)
-        return Steps(
-            accepted=accepted,
-            reward=accepted.astype(float),
-            discount=np.where(accepted, self.gamma, 1.0),
-            satisfaction=1 / (1 - self.gamma),
-        )
+        return discounted_acceptances(accepted, self.gamma)

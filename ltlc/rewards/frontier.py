@@ -11,23 +11,20 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
+from ltlc.rewards.buchi_scheme import BuchiScheme, discounted_acceptances
 from ltlc.rewards.closing import closed
-from ltlc.rewards.forms import buchi_form, with_buchi_marks
-from ltlc.rewards.need import buchi
+from ltlc.rewards.forms import buchi, buchi_form, with_buchi_marks
 from ltlc.rewards.scheme import (
     OnDeadlock,
-    RewardScheme,
-    Steps,
+    StepRewards,
     check_on_deadlock,
-    check_probability,
-    nearer_to_one,
     tables_of,
 )
 from ltlc.rewards.tables import BoolArray, OnTermination, RewardTables
 
 
 @dataclass(frozen=True)
-class Frontier(RewardScheme):
+class Frontier(BuchiScheme):
     """Entering a set that is still in the frontier pays 1 and removes it; an empty frontier is filled again.
 
     Table states are (automaton state, frontier). The sets are those of a generalized Büchi condition on the states of
@@ -44,7 +41,8 @@ class Frontier(RewardScheme):
     guarantee: ClassVar[str] = (
         "The paper claims policies of maximum probability of satisfaction for eta near enough to 1 on a finite MDP."
     )
-    needs: ClassVar[str] = "generalized Büchi form: Büchi form, or acceptance sets given as `sets`"
+    limit_parameter: ClassVar[str] = "eta"
+    requires: ClassVar[str] = "generalized Büchi form: Büchi form, or acceptance sets given as `sets`"
 
     eta: float = 0.99
     """discount of rewarded steps, in (0, 1)."""
@@ -52,23 +50,17 @@ class Frontier(RewardScheme):
     """sets of automaton states, each to be visited infinitely often."""
 
     def __post_init__(self) -> None:
-        check_probability(self, "eta")
+        super().__post_init__()
         if self.sets is not None and not 0 < len(self.sets) <= 16:
             raise InvalidArgumentError(f"reward scheme frontier: {len(self.sets)} sets; give 1 to 16")
 
-    def towards_limit(self, k: int) -> RewardScheme:
-        """Eta tends to 1."""
-        return dataclasses.replace(self, eta=nearer_to_one(self.eta, k))
+    def payments(self, accepted: BoolArray) -> StepRewards:
+        """The value of accepting for ever is 1 / (1 - eta)."""
+        return discounted_acceptances(accepted, self.eta)
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """Steps on an automaton whose Inf marks are the rewarded edges."""
-        accepted = dra.edge_inf[0]
-        return Steps(
-            accepted=accepted,
-            reward=accepted.astype(float),
-            discount=np.where(accepted, self.eta, 1.0),
-            satisfaction=1 / (1 - self.eta),
-        )
+        return self.payments(dra.edge_inf[0])
 
     def refinement(self, dra: RabinAutomaton) -> Refinement:
         """The Büchi form, with its accepting edges as Inf marks."""

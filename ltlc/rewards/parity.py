@@ -10,9 +10,8 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.rewards.forms import parity_form
-from ltlc.rewards.need import parity
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+from ltlc.rewards.forms import parity, parity_form
+from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
 
 SMALLEST_WEIGHT = 1e-15
 """1 minus anything much smaller is 1 in double precision."""
@@ -39,7 +38,7 @@ class Parity(RewardScheme):
     guarantee: ClassVar[str] = (
         "On a finite MDP optimal policies maximise the probability of satisfaction for every epsilon small enough."
     )
-    needs: ClassVar[str] = "parity form"
+    requires: ClassVar[str] = "parity form"
 
     epsilon: float = 0.01
     """ratio between the weights of neighbouring colours, in (0, 1)."""
@@ -59,7 +58,7 @@ class Parity(RewardScheme):
         """See `ltlc.rewards.forms.parity_form`."""
         return parity_form(dra)
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """Weights by colour."""
         colours = parity(self, dra)
         weight = np.power(self.epsilon, 1 + colours.max() - colours, dtype=np.float64)
@@ -72,6 +71,6 @@ class Parity(RewardScheme):
             )
         odd = colours % 2 == 1
         if self.mode == "terminate":
-            return Steps(accepted=odd, stop=weight, stop_reward=odd.astype(float), satisfaction=1.0)
+            return StepRewards(accepted=odd, stop=weight, stop_reward=odd.astype(float), satisfaction=1.0)
         reward = np.where(odd, weight, -weight)
-        return Steps(accepted=odd, reward=reward, discount=1 - weight, violation=-1.0, satisfaction=1.0)
+        return StepRewards(accepted=odd, reward=reward, discount=1 - weight, violation=-1.0, satisfaction=1.0)

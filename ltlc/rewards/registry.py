@@ -15,8 +15,7 @@ from ltlc.rewards.parity import Parity
 from ltlc.rewards.sadigh import Sadigh
 from ltlc.rewards.scheme import RewardScheme
 from ltlc.rewards.shaping import Shaped
-from ltlc.rewards.thesis import Thesis
-from ltlc.rewards.thesis_code import ThesisCode
+from ltlc.rewards.thesis import Thesis, ThesisCode
 from ltlc.rewards.two_discount import TwoDiscount
 from ltlc.rewards.zeta_discount import ZetaDiscount
 from ltlc.rewards.zeta_reach import ZetaReach

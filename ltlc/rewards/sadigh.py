@@ -9,9 +9,8 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
-from ltlc.rewards.forms import one_pair_form
-from ltlc.rewards.need import lacks_form
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability
+from ltlc.rewards.forms import lacks_form, one_pair_form
+from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
 
 
 @dataclass(frozen=True)
@@ -29,7 +28,7 @@ class Sadigh(RewardScheme):
         "If some policy satisfies the chosen pair almost surely, then for gamma near enough to 1 and weight_fin large "
         "enough an optimal policy does; below probability 1 it promises nothing."
     )
-    needs: ClassVar[str] = "one Rabin pair, or several of which `pair` names one; otherwise policies choose one"
+    requires: ClassVar[str] = "one Rabin pair, or several of which `pair` names one; otherwise policies choose one"
 
     weight_inf: float = 1.0
     """reward on an Inf mark."""
@@ -50,7 +49,7 @@ class Sadigh(RewardScheme):
         """The automaton itself where the pair is known; see `ltlc.rewards.forms.one_pair_form`."""
         return one_pair_form(dra) if self.pair is None else Refinement.trivial(dra)
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """Weights of the chosen pair."""
         if self.pair is None and dra.n_pairs != 1:
             raise lacks_form(self, dra)
@@ -58,7 +57,7 @@ class Sadigh(RewardScheme):
         if not 0 <= pair < dra.n_pairs:
             raise InvalidArgumentError(f"reward scheme sadigh: pair {pair} of an automaton with {dra.n_pairs}")
         fin, inf = dra.edge_fin[pair], dra.edge_inf[pair]
-        return Steps(
+        return StepRewards(
             accepted=inf & ~fin,
             reward=np.select([fin, inf], [-self.weight_fin, self.weight_inf], 0.0),
             discount=self.gamma,

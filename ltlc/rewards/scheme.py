@@ -21,7 +21,7 @@ SMALLEST_DISTANCE = 1e-12
 
 
 @dataclass(frozen=True)
-class Steps:
+class StepRewards:
     """What a scheme says about each step (state, letter class), before deadlocks and accepting sinks are dealt with.
 
     Each entry is a number for all steps, or an array of shape (n_states, n_classes).
@@ -48,13 +48,13 @@ class RewardScheme(ABC):
     """authors, title, venue, year and DOI of the source."""
     guarantee: ClassVar[str]
     """one sentence: what a policy that is optimal for these rewards is known to satisfy."""
-    needs: ClassVar[str]
+    requires: ClassVar[str]
     """the form of automaton that `steps` takes; `compile` brings any automaton into it."""
     on_deadlock: ClassVar[OnDeadlock] = "terminate"
     """what follows a violation unless `compile` is told otherwise."""
 
     @abstractmethod
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """Rewards and discounts of every step of the automaton.
 
         Raises:
@@ -145,7 +145,7 @@ def check_probability(scheme: RewardScheme, field: str, *, one: bool = False) ->
         raise InvalidArgumentError(f"reward scheme {scheme.name}: {field} is {value!r}; it must lie {bounds}")
 
 
-def tables_of(dra: RabinAutomaton, refinement: Refinement, steps: Steps, on_deadlock: OnDeadlock) -> RewardTables:
+def tables_of(dra: RabinAutomaton, refinement: Refinement, steps: StepRewards, on_deadlock: OnDeadlock) -> RewardTables:
     """Put what a scheme says about steps together with deadlocks, accepting sinks and progress of the automaton.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ltlc.automata import RabinAutomaton, Refinement
 from ltlc.errors import InvalidArgumentError
-from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps
+from ltlc.rewards.scheme import OnDeadlock, RewardScheme, StepRewards
 from ltlc.rewards.tables import FloatArray, OnTermination, RewardTables
 
 
@@ -55,7 +55,7 @@ class Shaped(RewardScheme):
     guarantee: ClassVar[str] = (
         "The same optimal policies as the scheme underneath, unless an episode can go on for ever undiscounted."
     )
-    needs: ClassVar[str] = "what the scheme underneath needs"
+    requires: ClassVar[str] = "what the scheme underneath needs"
 
     scheme: RewardScheme
     """the scheme underneath."""
@@ -75,7 +75,7 @@ class Shaped(RewardScheme):
         """That of the scheme underneath."""
         return self.scheme.refinement(dra)
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """The steps of the scheme underneath; shaping needs the compiled tables."""
         return self.scheme.steps(dra)
 

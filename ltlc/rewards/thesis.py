@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ltlc.automata import RabinAutomaton
-from ltlc.rewards.scheme import OnDeadlock, RewardScheme, Steps, check_probability, is_accepting_sink, is_deadlock
+from ltlc.rewards.scheme import OnDeadlock, RewardScheme, StepRewards, check_probability, is_accepting_sink, is_deadlock
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Thesis(RewardScheme):
         "eq. 4.3, https://hdl.handle.net/10161/17056"
     )
     guarantee: ClassVar[str] = "None: the optimal policy depends on the automaton and need not satisfy the formula."
-    needs: ClassVar[str] = "any Rabin automaton"
+    requires: ClassVar[str] = "any Rabin automaton"
     on_deadlock: ClassVar[OnDeadlock] = "stay"
 
     accepting: float = -1.0
@@ -52,12 +52,12 @@ class Thesis(RewardScheme):
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)
 
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def steps(self, dra: RabinAutomaton) -> StepRewards:
         """Rewards by the mark of the state entered."""
         fin = dra.edge_fin.any(axis=0)
         accepted = dra.edge_inf.any(axis=0) & ~is_deadlock(dra)[dra.delta]
         ends = accepted if self.terminate_on_accept else is_accepting_sink(dra)[dra.delta]
-        return Steps(
+        return StepRewards(
             accepted=accepted,
             reward=np.select([ends, accepted, fin], [self.terminal, self.accepting, self.rejecting], self.other),
             discount=self.gamma,
@@ -65,3 +65,20 @@ class Thesis(RewardScheme):
             violation=self.deadlock,
             satisfaction=self.terminal,
         )
+
+
+@dataclass(frozen=True)
+class ThesisCode(Thesis):
+    """+100 for the step that ends the episode, +10 for G; a deadlock sends the automaton back to its initial state.
+
+    References:
+        Q. Gao, code of 2018 beside the thesis, https://github.com/gaoqitong/LTL_RL. The code also asks for a goal cell
+        before it ends the episode; here, as in its successor of 2019, entering G is enough.
+    """
+
+    name: ClassVar[str] = "thesis-code"
+    citation: ClassVar[str] = "Q. Gao, code beside the thesis, 2018, https://github.com/gaoqitong/LTL_RL"
+    on_deadlock: ClassVar[OnDeadlock] = "initial"
+
+    accepting: float = 10.0
+    terminal: float = 100.0

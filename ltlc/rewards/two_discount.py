@@ -8,14 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
-from ltlc.rewards.forms import buchi_form
-from ltlc.rewards.need import buchi
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability, nearer_to_one
+from ltlc.rewards.buchi_scheme import BuchiScheme
+from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability, nearer_to_one
+from ltlc.rewards.tables import BoolArray
 
 
 @dataclass(frozen=True)
-class TwoDiscount(RewardScheme):
+class TwoDiscount(BuchiScheme):
     """An accepting step pays 1 - gamma_accept and is discounted by gamma_accept; another pays 0, discounted by gamma.
 
     References:
@@ -29,7 +28,7 @@ class TwoDiscount(RewardScheme):
         "Optimal values tend to the maximum probability of satisfaction as both discounts tend to 1 with "
         "(1 - gamma) / (1 - gamma_accept) tending to 0, so gamma must be far nearer to 1."
     )
-    needs: ClassVar[str] = "Büchi form"
+    limit_parameter: ClassVar[str] = "gamma_accept"
 
     gamma_accept: float = 0.99
     """discount of accepting steps, in (0, 1)."""
@@ -37,7 +36,7 @@ class TwoDiscount(RewardScheme):
     """discount of the other steps, in (0, 1]."""
 
     def __post_init__(self) -> None:
-        check_probability(self, "gamma_accept")
+        super().__post_init__()
         check_probability(self, "gamma", one=True)
 
     def towards_limit(self, k: int) -> RewardScheme:
@@ -50,14 +49,9 @@ class TwoDiscount(RewardScheme):
             gamma=nearer_to_one(self.gamma, 2 * k - 1),
         )
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
-        """See `ltlc.rewards.forms.buchi_form`."""
-        return buchi_form(dra)
-
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1."""
-        accepted = buchi(self, dra)
-        return Steps(
+        return StepRewards(
             accepted=accepted,
             reward=np.where(accepted, 1 - self.gamma_accept, 0.0),
             discount=np.where(accepted, self.gamma_accept, self.gamma),

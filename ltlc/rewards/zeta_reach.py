@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
-from ltlc.rewards.forms import buchi_form
-from ltlc.rewards.need import buchi
-from ltlc.rewards.scheme import RewardScheme, Steps, check_probability, nearer_to_one
+from ltlc.rewards.buchi_scheme import BuchiScheme
+from ltlc.rewards.scheme import StepRewards
+from ltlc.rewards.tables import BoolArray
 
 
 @dataclass(frozen=True)
-class ZetaReach(RewardScheme):
+class ZetaReach(BuchiScheme):
     """On each accepting step the episode ends with probability 1 - zeta, and only then 1 is paid; no discount.
 
     References:
@@ -29,23 +27,12 @@ class ZetaReach(RewardScheme):
         "On a finite MDP there is a zeta' < 1 such that for every zeta >= zeta' optimal policies maximise the "
         "probability of satisfaction."
     )
-    needs: ClassVar[str] = "Büchi form"
+    limit_parameter: ClassVar[str] = "zeta"
 
     zeta: float = 0.99
     """probability of going on after an acceptance, in (0, 1)."""
 
-    def __post_init__(self) -> None:
-        check_probability(self, "zeta")
-
-    def towards_limit(self, k: int) -> RewardScheme:
-        """Zeta tends to 1."""
-        return dataclasses.replace(self, zeta=nearer_to_one(self.zeta, k))
-
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
-        """See `ltlc.rewards.forms.buchi_form`."""
-        return buchi_form(dra)
-
-    def steps(self, dra: RabinAutomaton) -> Steps:
+    def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1."""
-        accepted = buchi(self, dra)
-        return Steps(accepted=accepted, stop=np.where(accepted, 1 - self.zeta, 0.0), stop_reward=1.0, satisfaction=1.0)
+        stop = np.where(accepted, 1 - self.zeta, 0.0)
+        return StepRewards(accepted=accepted, stop=stop, stop_reward=1.0, satisfaction=1.0)
