@@ -32,8 +32,9 @@ def main() -> None:
     while not (terminated or truncated):
         error = observation["observation"] - np.array([target, 0, 0, 0])
         observation, reward, terminated, truncated, info = env.step(int(GAINS @ error > 0))
-        names = [name for i, name in enumerate(task.aps) if info["ltl"]["label"] >> i & 1]
-        target = {"left": 0.8, "right": -0.8}.get(names[0] if names else "", target)
+        for side, opposite in (("left", 0.8), ("right", -0.8)):
+            if side in info["ltl"]["label_names"]:
+                target = opposite
         visits += info["ltl"]["accepting"]
         violations += info["ltl"]["violated"]
         total += reward

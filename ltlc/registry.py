@@ -149,7 +149,7 @@ def import_object(text: str, purpose: str) -> Any:
         raise InvalidArgumentError(
             f"{purpose} {text!r}: expected module:name, such as sensors:labels for what sensors.py calls labels"
         )
-    module = _import_module(place, f"{purpose} {text!r}")
+    module = import_module(place, f"{purpose} {text!r}")
     found = module
     for step in attribute.split("."):
         if not hasattr(found, step):
@@ -159,7 +159,12 @@ def import_object(text: str, purpose: str) -> Any:
     return found
 
 
-def _import_module(place: str, purpose: str) -> ModuleType:
+def import_module(place: str, purpose: str) -> ModuleType:
+    """A module by its name, from the current folder first, or by its file.
+
+    Raises:
+        InvalidArgumentError: there is none, or it fails when it is imported; the message begins with `purpose`.
+    """
     try:
         if place.endswith(".py"):
             return _from_file(Path(place))

@@ -214,20 +214,23 @@ def test_it_pickles() -> None:
             assert_same(left, right)
 
 
-BATCHED: list[tuple[Any, list[int]]] = [
-    (lambda o, i: {"a": o > 3, "b": o < 6}, []),
-    (LabelFunction(lambda o, i: np.stack([o < 6, o > 3], axis=1), ("b", "a")), []),
-    (LabelFunction(lambda o, i: (o > 3) + 2 * (o < 6), ("a", "b")), []),
-    (LabelFunction(lambda o, i: 2 * (o > 3) + 1 * (o < 6), ("b", "a")), []),
-    (lambda o, i: np.array([" ".join("a" * int(x > 3) + "b" * int(x < 6)) for x in o]), []),
-    (lambda o, i: [{"a"} & {"a" * bool(x > 3)} | {"b"} & {"b" * bool(x < 6)} for x in o], []),
-    ({"a": lambda o: o > 3, "b": lambda o: o < 6}, []),
+BATCHED: list[Any] = [
+    lambda o, i: {"a": o > 3, "b": o < 6},
+    LabelFunction(lambda o, i: np.stack([o < 6, o > 3], axis=1), ("b", "a")),
+    LabelFunction(lambda o, i: (o > 3) + 2 * (o < 6), ("a", "b")),
+    LabelFunction(lambda o, i: 2 * (o > 3) + 1 * (o < 6), ("b", "a")),
+    lambda o, i: np.array([" ".join("a" * int(x > 3) + "b" * int(x < 6)) for x in o]),
+    lambda o, i: [{"a"} & {"a" * bool(x > 3)} | {"b"} & {"b" * bool(x < 6)} for x in o],
+    lambda o: {"a": o > 3, "b": o < 6},
+    {"a": lambda o: o > 3, "b": lambda o: o < 6},
 ]
 
 
 @pytest.mark.parametrize("number", range(len(BATCHED)))
 def test_batched_labels_come_in_many_shapes(number: int) -> None:
-    env = LTLVectorWrapper(SyncVectorEnv([RandomEnv] * N), Task("G F a & G F b", "thesis"), BATCHED[number][0])
+    env = LTLVectorWrapper(
+        SyncVectorEnv([RandomEnv] * N), Task("G F a & G F b", "thesis"), batch_labels=BATCHED[number]
+    )
     observations, infos = env.reset(seed=0)
     for _ in range(20):
         x = observations["observation"]
@@ -252,7 +255,7 @@ WRONG: list[tuple[Any, str]] = [
 
 @pytest.mark.parametrize(("labels", "message"), WRONG)
 def test_wrong_batched_labels_are_explained(labels: Any, message: str) -> None:
-    env = LTLVectorWrapper(SyncVectorEnv([RandomEnv] * N), Task("G F a & G F b"), labels)
+    env = LTLVectorWrapper(SyncVectorEnv([RandomEnv] * N), Task("G F a & G F b"), batch_labels=labels)
     with pytest.raises(InvalidArgumentError, match=message):
         env.reset()
 
@@ -261,8 +264,8 @@ def test_what_cannot_be_reset_alone_is_refused_if_the_task_ends_episodes() -> No
     cart = gym.make_vec("CartPole-v1", num_envs=2, vectorization_mode="vector_entry_point")
     left = {"left": lambda observation: observation[:, 0] < 0}
     with pytest.raises(InvalidArgumentError, match="CartPoleVectorEnv cannot reset single sub-environments"):
-        LTLVectorWrapper(cart, Task("F left"), left)
-    env = LTLVectorWrapper(cart, Task("G F left", "eventual"), left)
+        LTLVectorWrapper(cart, Task("F left"), batch_labels=left)
+    env = LTLVectorWrapper(cart, Task("G F left", "eventual"), batch_labels=left)
     observations, infos = env.reset(seed=1)
     assert (infos["ltl"]["label"] == (observations["observation"][:, 0] < 0)).all()
     for _ in range(60):

@@ -73,7 +73,12 @@ class Experience:
         if unrewarded:
             task = Task(wrapper.task.automaton, _Unrewarded())
             wrapper = LTLVectorWrapper(
-                wrapper.env, task, wrapper.labels, initial_label=wrapper.initial_label, extra_labels="ignore"
+                wrapper.env,
+                task,
+                wrapper.labels,
+                batch_labels=wrapper.batch_labels,
+                initial_label=wrapper.initial_label,
+                extra_labels="ignore",
             )
             interface = Interface.of(wrapper)
         check_choices(wrapper.task)

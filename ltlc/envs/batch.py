@@ -2,21 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 
 BoolArray = npt.NDArray[np.bool_]
 
 
-def select(tree: Any, chosen: Any) -> Any:
-    """The chosen sub-environments of a batched observation or info; entries that are no arrays stay as they are."""
-    if isinstance(tree, dict):
-        return {key: select(value, chosen) for key, value in tree.items()}
-    if isinstance(tree, tuple):
-        return tuple(select(value, chosen) for value in tree)
-    return tree[chosen] if isinstance(tree, np.ndarray) else tree
+def part(space: spaces.Space[Any], observations: Any, chosen: Any) -> Any:
+    """The observations of the chosen sub-environments, or that of one.
+
+    Args:
+        space: of a single observation; spaces that Gymnasium cannot batch come as tuples.
+        observations: the batch.
+        chosen: an array of indices, or one index.
+    """
+    if isinstance(space, spaces.Dict):
+        return {key: part(inner, observations[key], chosen) for key, inner in space.items()}
+    if isinstance(space, spaces.Tuple):
+        return tuple(part(inner, batch, chosen) for inner, batch in zip(space, observations, strict=True))
+    if isinstance(observations, np.ndarray) or np.ndim(chosen) == 0:
+        return observations[chosen]
+    return tuple(observations[i] for i in chosen)
+
+
+def select(infos: Any, chosen: Any) -> Any:
+    """The infos of the chosen sub-environments; entries that are no arrays stay as they are."""
+    if isinstance(infos, dict):
+        return {key: select(value, chosen) for key, value in infos.items()}
+    return infos[chosen] if isinstance(infos, np.ndarray) else infos
+
+
+class SubInfo(Mapping[str, Any]):
+    """The info of one sub-environment: a view of batched infos, so that only what is asked for is taken apart.
+
+    Args:
+        infos: of all sub-environments; the array `_key` says which of them have an entry `key`.
+        index: of the sub-environment.
+    """
+
+    def __init__(self, infos: dict[str, Any], index: int) -> None:
+        self._infos, self._index = infos, index
+
+    def __getitem__(self, key: str) -> Any:
+        if not self._has(key):
+            raise KeyError(key)
+        value = self._infos[key]
+        if isinstance(value, dict):
+            return SubInfo(value, self._index)
+        return value[self._index] if isinstance(value, np.ndarray) else value
+
+    def __iter__(self) -> Iterator[str]:
+        return (key for key in self._infos if self._has(key))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+    def _has(self, key: str) -> bool:
+        infos = self._infos
+        if key not in infos or (key.startswith("_") and key[1:] in infos):
+            return False
+        has = infos.get(f"_{key}")
+        return has is None or bool(has[self._index])
 
 
 def merge(into: dict[str, Any], new: dict[str, Any], mask: BoolArray) -> None:

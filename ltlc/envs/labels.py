@@ -1,264 +1,179 @@
-"""Labels: from what an environment shows to the letters an automaton reads.
+"""Labels: what a user says holds in an observation.
+
+`labels` is given as a function of one observation, as a dict from name to predicate on one observation, as the text
+`module:name` of either, or not at all where the environment's info has an entry "labels". A function may also ask for
+the info and the environment, and then takes `(observation, info)` or `(observation, info, env)`.
 
 A label says which propositions hold. Whatever produces it, it may come as a set, list or tuple of names, as an event
 string ("A B", "A,B", ""), as a dict from name to bool, or, where the producer declares its vocabulary, as a bitmask
-(bit i = i-th name) or a boolean array. From a vector environment the same comes batched: an array of bitmasks or of
-strings, a boolean array (num_envs, n_names), a dict from name to boolean array, or a sequence of single labels.
+(bit i = i-th name) or a boolean array. `ltlc.envs.letters` turns labels into the letters an automaton reads.
 """
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
-from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
-from ltlc.automata.rabin import MAX_APS
-from ltlc.envs.grid_map import HOLD
-from ltlc.errors import AlphabetLimitExceeded, InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError
+from ltlc.registry import import_object
 
-IntArray = npt.NDArray[np.int64]
 ExtraLabels = Literal["error", "ignore"]
-Predicate = Callable[[Any], Any]
-LabelSource = Callable[[Any, dict[str, Any]], Any] | Mapping[str, Predicate] | None
+LabelSource = Callable[..., Any] | Mapping[str, Callable[..., Any] | str] | str | None
+
+SIGNATURES = ("(observation)", "(observation, info)", "(observation, info, env)")
+BATCH_SIGNATURES = ("(observations)", "(observations, infos)")
+_FILLED_BY_NAME = ("", "info", "env")
+_SHOWN = 200
+"""characters of an observation in a message."""
 
 
 @dataclass(frozen=True)
 class LabelFunction:
-    """A labelling function `(observation, info) -> label` that declares which names it can produce.
+    """A labelling function that declares which names it can produce.
 
-    Declaring them lets misspelt propositions be found before the first step.
+    Declaring them lets misspelt propositions be found before the first step, and permits labels that are bitmasks.
     """
 
-    function: Callable[[Any, dict[str, Any]], Any]
+    function: Callable[..., Any]
     propositions: tuple[str, ...]
 
-    def __call__(self, observation: Any, info: dict[str, Any]) -> Any:
+    def __call__(self, *arguments: Any) -> Any:
         """The label of one observation, or of a batch."""
-        return self.function(observation, info)
+        return self.function(*arguments)
 
 
-def labeller_for(labels: LabelSource, aps: Sequence[str], env: Any, extra_labels: ExtraLabels = "error") -> Labeller:
-    """What turns the observations and infos of an environment into letters over `aps`.
+class Source:
+    """Labels as a user gives them, ready to be called.
+
+    Attributes:
+        labels: as they were given. Text is imported anew where this was pickled.
+        given: the function or the predicates.
+        function: what returns a label.
+        arity: how many of (observation, info, env) it takes.
+        propositions: the names it can produce; None if they are not declared.
 
     Args:
-        labels: a function of (observation, info); a dict of named predicates on the observation; or None for
-            `info["labels"]`, whose vocabulary is the attribute `propositions` of the environment if it has one.
-        aps: the propositions of the automaton.
-        env: the environment.
-        extra_labels: whether a label that the formula does not mention is an error or ignored. Labels that an
-            environment declares itself are no error: they are there for other formulas too.
+        labels: a function, a dict of predicates, or the text `module:name` of either.
+        signatures: what functions may take.
 
     Raises:
-        UnknownNameError: a proposition that no label produces, or the reverse; suggests the nearest names.
-        InvalidArgumentError: `labels` is nothing of that kind, or the automaton lacks the proposition "hold".
+        InvalidArgumentError: `labels` is nothing of that kind, cannot be imported, or takes other arguments.
+        UnknownNameError: the module has nothing of that name.
     """
-    if extra_labels not in ("error", "ignore"):
-        raise UnknownNameError("treatment of extra labels", extra_labels, ("error", "ignore"))
-    source: Callable[[Any, dict[str, Any]], Any]
-    if labels is None:
-        source, vocabulary = _from_info, _declared_by(env)
-        if vocabulary is not None:
-            extra_labels = "ignore"
-            if HOLD in vocabulary and HOLD not in aps:
-                raise InvalidArgumentError(
-                    f"this environment holds the automaton when a label is missed: make the task with hold={HOLD!r}"
-                )
-    elif isinstance(labels, Mapping):
-        source, vocabulary = _FromPredicates(labels), tuple(labels)
-    elif callable(labels):
-        source, declared = labels, getattr(labels, "propositions", None)
-        vocabulary = None if declared is None else tuple(declared)
-    else:
-        raise InvalidArgumentError(
-            f"labels must be a function of (observation, info), a dict of predicates, or None, got {labels!r}"
-        )
-    return Labeller(source, tuple(aps), vocabulary, extra_labels)
+
+    def __init__(self, labels: LabelSource, signatures: tuple[str, ...] = SIGNATURES) -> None:
+        self.labels, self.signatures = labels, signatures
+        self._find()
+
+    def _find(self) -> None:
+        found: Any = import_object(self.labels, "labels") if isinstance(self.labels, str) else self.labels
+        self.given = found
+        self.function: Callable[..., Any]
+        self.propositions: tuple[str, ...] | None = None
+        if isinstance(found, Mapping):
+            predicates = _Predicates(found, self.signatures)
+            self.function, self.arity, self.propositions = predicates, predicates.arity, tuple(found)
+        elif callable(found):
+            self.function, self.arity = found, arity(found, self.signatures)
+            declared = getattr(found, "propositions", None)
+            self.propositions = None if declared is None else tuple(declared)
+        else:
+            what = f"{self.labels!r} is {found!r}" if isinstance(self.labels, str) else f"got {found!r}"
+            raise InvalidArgumentError(
+                f"labels must be a function of {_one_of(self.signatures)}, a dict of predicates, the text module:name "
+                f"of either, or None; {what}"
+            )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"labels": self.labels, "signatures": self.signatures}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state
+        self._find()
 
 
-def _declared_by(env: Any) -> tuple[str, ...] | None:
-    base = env.unwrapped
-    names = getattr(base, "propositions", None)
-    if names is not None:
-        return tuple(names)
-    if isinstance(base, SyncVectorEnv | AsyncVectorEnv) and all(base.call("has_wrapper_attr", "propositions")):
-        return tuple(base.get_attr("propositions")[0])
-    return None
-
-
-def _from_info(observation: Any, info: dict[str, Any]) -> Any:
-    try:
-        return info["labels"]
-    except KeyError:
-        raise InvalidArgumentError(
-            f"info has no entry 'labels' (it has: {', '.join(map(repr, info)) or 'nothing'}); "
-            "pass labels=..., a function of (observation, info) or a dict of predicates"
-        ) from None
-
-
-class _FromPredicates:
+class _Predicates:
     """Evaluates every predicate on the observation."""
 
-    def __init__(self, predicates: Mapping[str, Predicate]) -> None:
-        for name, predicate in predicates.items():
+    def __init__(self, predicates: Mapping[str, Any], signatures: tuple[str, ...]) -> None:
+        self.each: list[tuple[str, Callable[..., Any], int]] = []
+        for name, given in predicates.items():
+            predicate = import_object(given, f"the predicate {name!r}") if isinstance(given, str) else given
             if not callable(predicate):
                 raise InvalidArgumentError(
-                    f"the predicate {name!r} is {predicate!r}, not a function of the observation"
+                    f"the predicate {name!r} is {predicate!r}, not a function of {_one_of(signatures)}"
                 )
-        self.predicates = dict(predicates)
+            self.each.append((name, predicate, arity(predicate, signatures)))
+        self.arity = max((n for _, _, n in self.each), default=1)
 
-    def __call__(self, observation: Any, info: dict[str, Any]) -> dict[str, Any]:
-        return {name: predicate(observation) for name, predicate in self.predicates.items()}
-
-
-class Labeller:
-    """Letters over the propositions of an automaton, for one environment or a batch; made by `labeller_for`."""
-
-    def __init__(
-        self,
-        source: Callable[[Any, dict[str, Any]], Any],
-        aps: tuple[str, ...],
-        vocabulary: tuple[str, ...] | None,
-        extra_labels: ExtraLabels,
-    ) -> None:
-        self.source = source
-        self.aps = aps
-        self.vocabulary = vocabulary
-        self.extra_labels = extra_labels
-        self._bit = {name: 1 << i for i, name in enumerate(aps)}
-        self._seen: dict[Any, int] = {}
-        self._remap: IntArray | None = None
-        if vocabulary is not None:
-            for name in aps:
-                if name not in vocabulary:
-                    raise UnknownNameError("proposition in the formula (no label produces it):", name, vocabulary)
-            for name in vocabulary:
-                self._name_bit(name)
-
-    def letter(self, observation: Any, info: dict[str, Any]) -> int:
-        """The letter of one observation.
-
-        Raises:
-            UnknownNameError: a label is not a proposition of the formula, or not one that was declared.
-            InvalidArgumentError: the label is of a wrong type, or missing.
-        """
-        label = self.source(observation, info)
-        if type(label) is frozenset or type(label) is str:
-            letter = self._seen.get(label)
-            if letter is not None:
-                return letter
-        return self._encode(label)
-
-    def letters(self, observations: Any, infos: dict[str, Any], n: int) -> IntArray:
-        """The letters of a batch of n observations, shape (n,), int64.
-
-        Raises:
-            UnknownNameError: as `letter`.
-            InvalidArgumentError: as `letter`, or the batch has the wrong shape.
-        """
-        label = self.source(observations, infos)
-        if isinstance(label, Mapping):
-            return self._encode_columns(label, n)
-        if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
-            return self._encode_array(label, n)
-        if isinstance(label, Iterable) and not isinstance(label, str | set | frozenset):
-            each = list(label)
-            if len(each) == n:
-                return np.fromiter(map(self._encode, each), dtype=np.int64, count=n)
-        raise InvalidArgumentError(f"labels of {n} sub-environments are {label!r}; {_BATCHED}")
-
-    def _encode(self, label: Any) -> int:
-        try:
-            known = self._seen.get(label)
-        except TypeError:  # not hashable
-            known = None
-        if known is not None and type(label) in (frozenset, str, tuple):
-            return known
-        if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
-            return int(self._encode_array(label[None], 1)[0])
-        if isinstance(label, int | np.integer) and not isinstance(label, bool):
-            return int(self._encode_array(np.array([label]), 1)[0])
-        letter = 0
-        for name, holds in names_of(label).items():
-            bit = self._name_bit(name)  # also where it does not hold: a misspelt name never would
-            letter |= bit if holds else 0
-        if isinstance(label, frozenset | str | tuple) and len(self._seen) < 1 << 16:
-            self._seen[label] = letter
-        return letter
-
-    def _name_bit(self, name: str) -> int:
-        """Bit of a name, 0 if it is not the formula's and that is allowed."""
-        if self.vocabulary is not None and name not in self.vocabulary:
-            raise UnknownNameError("label (not among the declared ones)", name, self.vocabulary)
-        bit = self._bit.get(name)
-        if bit is not None:
-            return bit
-        if self.extra_labels == "error":
-            kind = 'label (the formula does not mention it; extra_labels="ignore" permits it):'
-            raise UnknownNameError(kind, name, self.aps)
-        return 0
-
-    def _encode_columns(self, label: Mapping[str, Any], n: int) -> IntArray:
-        letters = np.zeros(n, dtype=np.int64)
-        for name, column in label.items():
-            if name.startswith("_") and name[1:] in label:
-                continue  # Gymnasium's mask of the sub-environments that have the entry
-            holds = np.asarray(column)
-            if holds.dtype == object:
-                holds = np.array([_truth(name, value) if value is not None else False for value in holds], dtype=bool)
-            if holds.shape != (n,) or holds.dtype != np.bool_:
-                raise InvalidArgumentError(
-                    f"the label {name!r} of {n} sub-environments has shape {holds.shape} and type {holds.dtype}; "
-                    f"it must be a boolean array of shape ({n},)"
-                )
-            letters |= np.where(holds, self._name_bit(name), 0)
-        return letters
-
-    def _encode_array(self, label: npt.NDArray[Any], n: int) -> IntArray:
-        if label.dtype.kind == "f":
-            what = "NaN" if np.isnan(label).any() else f"of type {label.dtype}"
-            raise InvalidArgumentError(f"labels are {what}; {_BATCHED}")
-        if self.vocabulary is None:
-            raise InvalidArgumentError(
-                "bitmask and boolean-array labels need a vocabulary: wrap the function in LabelFunction(..., names)"
-            )
-        width = len(self.vocabulary)
-        if label.dtype == np.bool_:
-            if label.shape != (n, width):
-                raise InvalidArgumentError(f"boolean labels have shape {label.shape}, expected ({n}, {width})")
-            label = label @ (1 << np.arange(width, dtype=np.int64))
-        if label.shape != (n,):
-            raise InvalidArgumentError(f"bitmask labels have shape {label.shape}, expected ({n},)")
-        if self.vocabulary == self.aps:
-            return label.astype(np.int64)
-        remap = self._bitmask_remap()
-        try:
-            return remap.take(label)
-        except IndexError:
-            raise InvalidArgumentError(f"a bitmask label is outside 0..{len(remap) - 1}") from None
-
-    def _bitmask_remap(self) -> IntArray:
-        """Letter over the automaton's propositions for each bitmask over the vocabulary."""
-        if self._remap is None:
-            names = self.vocabulary or ()
-            if len(names) > MAX_APS:
-                raise AlphabetLimitExceeded(f"bitmask labels over {len(names)} names; at most {MAX_APS} are possible")
-            masks = np.arange(1 << len(names), dtype=np.int64)
-            self._remap = np.zeros_like(masks)
-            for i, name in enumerate(names):
-                self._remap |= np.where(masks >> i & 1, self._bit.get(name, 0), 0)
-        return self._remap
+    def __call__(self, *arguments: Any) -> dict[str, Any]:
+        return {name: predicate(*arguments[:n]) for name, predicate, n in self.each}
 
 
-_SINGLE = "expected a set of names, an event string, a dict from name to bool, or a bitmask"
-_BATCHED = (
-    "expected an array of bitmasks or of event strings, a boolean array with a column per name, a dict from name to "
-    "boolean array, or a sequence of single labels"
-)
+def arity(function: Callable[..., Any], signatures: tuple[str, ...] = SIGNATURES) -> int:
+    """How many arguments a labelling function takes: as many as it needs, and at least the observation.
+
+    Arguments with a default value keep it, unless they are called `info` and `env`. Where nothing can be known, as with
+    `*args` and some builtin functions, it is one.
+
+    Raises:
+        InvalidArgumentError: the function takes other arguments than `signatures` says.
+    """
+    if isinstance(function, LabelFunction):
+        return arity(function.function, signatures)
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return 1
+    parameters = signature.parameters.values()
+    places = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    wanted = max(1, sum(p.default is p.empty for p in places))
+    while wanted < min(len(places), len(signatures)) and places[wanted].name == _FILLED_BY_NAME[wanted]:
+        wanted += 1
+    takes_any = any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    by_name_only = any(p.kind is p.KEYWORD_ONLY and p.default is p.empty for p in parameters)
+    if by_name_only or wanted > len(signatures) or not (places or takes_any):
+        raise InvalidArgumentError(
+            f"labels: {described(function)} takes {signature}; a labelling function takes {_one_of(signatures)}"
+        )
+    return wanted
+
+
+def described(function: Any) -> str:
+    """What a function is called in messages, and where it is written."""
+    if isinstance(function, LabelFunction):
+        return described(function.function)
+    if isinstance(function, _Predicates):
+        return f"the predicates {', '.join(name for name, _, _ in function.each)}"
+    function = inspect.unwrap(function)
+    name = getattr(function, "__qualname__", None) or repr(function)
+    code = getattr(function, "__code__", None)
+    return f"{name} ({code.co_filename}:{code.co_firstlineno})" if code else name
+
+
+def shown(observation: Any) -> str:
+    """An observation on one line, cut where it is long."""
+    text = " ".join(repr(observation).split())
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+
+
+def importable(labels: LabelSource) -> LabelSource:
+    """Functions as the text `module:name` where that leads back to them; all else as it is."""
+    if isinstance(labels, Mapping):
+        return {name: importable(predicate) for name, predicate in labels.items()}  # type: ignore[misc]
+    module, name = getattr(labels, "__module__", None), getattr(labels, "__qualname__", None)
+    if isinstance(labels, str) or not isinstance(module, str) or not isinstance(name, str):
+        return labels
+    found: Any = sys.modules.get(module)
+    for step in name.split("."):
+        found = getattr(found, step, None)
+    return f"{module}:{name}" if found is labels else labels
 
 
 def names_of(label: Any) -> dict[str, bool]:
@@ -268,7 +183,7 @@ def names_of(label: Any) -> dict[str, bool]:
         InvalidArgumentError: the label is no set of names, event string or dict from name to bool.
     """
     if isinstance(label, Mapping):
-        return {name: _truth(name, holds) for name, holds in label.items()}
+        return {name: truth(name, holds) for name, holds in label.items()}
     if isinstance(label, str):
         return {name: True for name in re.split(r"[\s,;&]+", label) if name}
     if not isinstance(label, Iterable):
@@ -280,7 +195,12 @@ def names_of(label: Any) -> dict[str, bool]:
     return dict.fromkeys(names, True)
 
 
-def _truth(name: str, value: Any) -> bool:
+def truth(name: str, value: Any) -> bool:
+    """What a predicate says of a name.
+
+    Raises:
+        InvalidArgumentError: neither True nor False.
+    """
     if isinstance(value, bool | np.bool_):
         return bool(value)
     if isinstance(value, np.ndarray) and value.dtype == np.bool_ and value.size == 1:
@@ -288,3 +208,10 @@ def _truth(name: str, value: Any) -> bool:
     raise InvalidArgumentError(
         f"the label {name!r} is {value!r} ({type(value).__name__}); a predicate must say True or False"
     )
+
+
+_SINGLE = "expected a set of names, an event string, a dict from name to bool, or a bitmask"
+
+
+def _one_of(signatures: tuple[str, ...]) -> str:
+    return f"{', '.join(signatures[:-1])} or {signatures[-1]}"

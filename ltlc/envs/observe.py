@@ -65,9 +65,12 @@ class _DictObserver(Observer):
 class _FlatObserver(Observer):
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         super().__init__(space, n_states)
-        flat = spaces.flatten_space(space)
+        flat = _flat_space(space)
         if not isinstance(flat, spaces.Box):
-            raise InvalidArgumentError(f"observation mode 'flat' cannot flatten {space}; use 'dict'")
+            raise InvalidArgumentError(
+                f"observation mode 'flat' cannot flatten {_unflattened(space)}; use 'dict', or put a wrapper around "
+                "the environment that leaves this part out or turns it into an array"
+            )
         self.dtype = flat.dtype if np.issubdtype(flat.dtype, np.floating) else np.dtype(np.float32)
         self.one_hot = np.eye(n_states, dtype=self.dtype)
         self.width = flat.shape[0]
@@ -86,7 +89,7 @@ class _FlatObserver(Observer):
         elif isinstance(self.base, spaces.Box):
             joint[: self.width] = observation.ravel()
         else:
-            joint[: self.width] = spaces.flatten(self.base, observation)  # type: ignore[assignment]
+            joint[: self.width] = spaces.flatten(self.base, observation)
         joint[self.width + state] = 1
         return joint
 
@@ -139,7 +142,24 @@ def _flatten_batch(space: spaces.Space[Any], observations: Any, n: int) -> list[
         case spaces.Tuple():
             pairs = zip(space.spaces, observations, strict=True)
             return [part for sub, values in pairs for part in _flatten_batch(sub, values, n)]
-    raise InvalidArgumentError(f"observation mode 'flat' cannot flatten a batch of {space}; use 'dict'")
+    # what Gymnasium does not batch comes as a tuple
+    return [np.stack([np.asarray(spaces.flatten(space, one)) for one in observations])]
+
+
+def _unflattened(space: spaces.Space[Any], name: str = "the observation") -> str:
+    """The parts of a space that have no flat form, for a message."""
+    if isinstance(space, spaces.Dict | spaces.Tuple):
+        items = space.items() if isinstance(space, spaces.Dict) else enumerate(space)
+        parts = [_unflattened(inner, f"{name}[{key!r}]") for key, inner in items]
+        return " and ".join(filter(None, parts))
+    return "" if isinstance(_flat_space(space), spaces.Box) else f"{name}, which is {space}"
+
+
+def _flat_space(space: spaces.Space[Any]) -> spaces.Space[Any]:
+    try:
+        return spaces.flatten_space(space)
+    except NotImplementedError:  # a space of somebody's own, such as MiniGrid's missions
+        return space
 
 
 def _one_hot(values: npt.NDArray[np.int64], size: int) -> npt.NDArray[np.float32]:

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import inspect
-import os
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
-from pathlib import Path
-from types import ModuleType
+from functools import cached_property, wraps
 from typing import Any
 
 import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
-from ltlc.envs.labels import LabelFunction, LabelSource, labeller_for
+from ltlc.envs.labeller import labeller_for
+from ltlc.envs.labels import SIGNATURES, LabelFunction, LabelSource, Source, described, shown
 from ltlc.envs.registration import register_envs
 from ltlc.envs.tabular import labelled_mdp
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
 from ltlc.envs.wrapper import InitialLabel
 from ltlc.errors import InvalidArgumentError, LtlcError, MissingProgramError, UnknownNameError
 from ltlc.mdp import LabelledMDP
+from ltlc.registry import import_module, import_object
 from ltlc.task import Task
 
 EPISODE_STEPS = 500
@@ -42,8 +38,8 @@ class Setting:
     arguments: Mapping[str, Any] = field(default_factory=dict)
     """for the constructor of the environment."""
     labels: str | None = None
-    """`module:name` of a function of (observation, info) of a single environment, or of a dict of predicates; None for
-    an environment that labels itself."""
+    """`module:name` of what labels one observation, see `ltlc.envs.labels`; None for an environment that labels
+    itself."""
     max_episode_steps: int | None = None
     """limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it has none."""
     initial_label: InitialLabel = "read"
@@ -80,7 +76,7 @@ class Setting:
         if self.labels is None:
             _check_labels_itself(self.single, self.env)
             return None
-        source: Any = find_labels(self.labels)
+        source: Any = _reported(Source(self.labels).given, self.labels)
         if not isinstance(source, Mapping) and not hasattr(source, "propositions"):
             model = self._model_of(source)
             if model is not None:
@@ -134,7 +130,7 @@ class Setting:
         register_envs()
         module, _, name = self.env.rpartition(":")
         if module:
-            _imported(module, f"the environment {self.env!r}")
+            import_module(module, f"the environment {self.env!r}")
         if name not in gym.registry:
             raise UnknownNameError("environment", name, gym.registry)
         return gym.registry[name]
@@ -143,15 +139,9 @@ class Setting:
         base = self.single.unwrapped
         if hasattr(base, "layout"):  # a grid world, whose model has the labels of its map
             return labelled_mdp(self.single) if source is None else None
-        if getattr(base, "P", None) is None:
-            return None
-        try:
-            return labelled_mdp(self.single, source)
-        except LtlcError:
-            raise
-        except Exception as error:
-            what = f"{type(error).__name__}: {error}"
-            raise InvalidArgumentError(f"--labels {self.labels} fails on a state of {self.env} ({what})") from error
+        if getattr(base, "P", None) is None or (source is not None and Source(source).arity == len(SIGNATURES)):
+            return None  # labels that look at the environment are known where it has been only
+        return labelled_mdp(self.single, source)
 
 
 class _Labelled(gym.Wrapper[Any, Any, Any, Any]):
@@ -176,63 +166,29 @@ class _Labelled(gym.Wrapper[Any, Any, Any, Any]):
         return observation, reward, terminated, truncated, {**info, "labels": self.labeller.letter(observation, info)}
 
 
-def find_labels(name: str) -> Any:
-    """The function or dict of predicates that `module:name` means; modules of the current folder come first.
+def _reported(labels: Any, name: str) -> Any:
+    """Labels whose exceptions become one of our errors, `sys.exit` included: the user is told what fails and where."""
+    if isinstance(labels, Mapping):
+        return {key: _reported(predicate, name) for key, predicate in labels.items()}
+    if isinstance(labels, str):  # a predicate that is text itself
+        return _reported(import_object(labels, f"labels {name!r}"), name)
 
-    `path/to/file.py:name` works, too.
-
-    Raises:
-        InvalidArgumentError: no such module, it fails when it is imported, or it holds something else by that name.
-        UnknownNameError: the module has nothing of that name.
-    """
-    place, colon, attribute = name.rpartition(":")
-    if not colon or not place or not attribute:
-        raise InvalidArgumentError(
-            f"labels {name!r}: expected module:function, such as sensors:labels for the function labels in sensors.py"
-        )
-    module = _imported(place, f"labels {name!r}")
-    found = getattr(module, attribute, None)
-    if found is None:
-        known = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
-        raise UnknownNameError(f"name in {place}:", attribute, known)
-    if not callable(found) and not isinstance(found, Mapping):
-        raise InvalidArgumentError(
-            f"labels {name!r}: {attribute} is {found!r}; expected a function of (observation, info), or a dict of "
-            "predicates"
-        )
-    return found
-
-
-def _imported(place: str, purpose: str) -> ModuleType:
-    try:
-        if place.endswith(".py"):
-            return _from_file(Path(place))
-        sys.path.insert(0, os.getcwd())
+    @wraps(labels)
+    def reported(observation: Any, *more: Any) -> Any:
         try:
-            return importlib.import_module(place)
-        finally:
-            sys.path.pop(0)
-    except (FileNotFoundError, ModuleNotFoundError) as error:
-        if (
-            isinstance(error, ModuleNotFoundError)
-            and error.name != place.split(".", maxsplit=1)[0]
-            and error.name != place
-        ):
-            raise InvalidArgumentError(f"{purpose}: importing {place} fails ({error})") from error
-        raise InvalidArgumentError(
-            f"{purpose}: there is no module {place} here in {os.getcwd()}, nor installed"
-        ) from error
-    except Exception as error:  # the module is the user's, so anything may happen
-        raise InvalidArgumentError(f"{purpose}: importing {place} fails ({type(error).__name__}: {error})") from error
+            return labels(observation, *more)
+        except (LtlcError, KeyboardInterrupt):
+            raise
+        except BaseException as error:
+            frame = error.__traceback__.tb_next if error.__traceback__ is not None else None
+            where = f" ({frame.tb_frame.f_code.co_filename}:{frame.tb_lineno})" if frame is not None else ""
+            raise InvalidArgumentError(
+                f"labels {name!r}: {described(labels)} fails on the observation {shown(observation)} with "
+                f"{type(error).__name__}: {error}{where}"
+            ) from error
 
-
-def _from_file(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None:
-        raise FileNotFoundError(path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    declared = getattr(labels, "propositions", None)
+    return reported if declared is None else LabelFunction(reported, tuple(declared))
 
 
 def _made(spec: Any, arguments: dict[str, Any], num_envs: int | None = None, **options: Any) -> Any:
@@ -246,7 +202,7 @@ def _made(spec: Any, arguments: dict[str, Any], num_envs: int | None = None, **o
         raise
     except gym.error.DependencyNotInstalled as error:
         raise MissingProgramError(f"{spec.id}: {error}") from error
-    except Exception as error:  # the environment is the user's, so anything may happen
+    except (Exception, SystemExit) as error:  # the environment is the user's, so anything may happen
         raise InvalidArgumentError(f"{spec.id} cannot be made ({type(error).__name__}: {error})") from error
 
 
@@ -254,5 +210,5 @@ def _check_labels_itself(env: gym.Env[Any, Any], name: str) -> None:
     if not env.has_wrapper_attr("propositions") and "labels" not in env.reset(seed=0)[1]:
         raise InvalidArgumentError(
             f"{name} says nothing about propositions; give them with --labels module:function, where the function "
-            "takes (observation, info) of one environment and returns the set of names that hold"
+            "takes the observation of one environment and returns the set of names that hold"
         )

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ltlc.envs.grid_map import ACTIONS, GridMap
-from ltlc.envs.labels import LabelSource, names_of
+from ltlc.envs.labels import LabelSource, Source, described, names_of
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP
 
@@ -21,11 +21,13 @@ def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
 
     Args:
         env: the environment, wrapped or not; of an `LTLWrapper` the labels are taken.
-        labels: for an environment with a table: a dict of predicates on the state, or a function of (state, info)
-            (called with an empty info) whose labels are names; grid worlds bring their own.
+        labels: for an environment with a table: a dict of predicates on the state, or a function of (state) or
+            (state, info) (called with an empty info) whose labels are names, or the text `module:name` of either; grid
+            worlds bring their own.
 
     Raises:
-        InvalidArgumentError: the dynamics are not known, or there are no labels, or a label is of a wrong type.
+        InvalidArgumentError: the dynamics are not known, there are no labels, they look at more than the state, or one
+            is of a wrong type.
 
     Example:
         >>> import gymnasium
@@ -47,7 +49,13 @@ def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
     if labels is None:
         raise InvalidArgumentError(f"pass labels=...: the states of {type(base).__name__} carry none")
     n = len(table)
-    named = [_names(labels, state) for state in range(n)]
+    source = Source(labels)
+    if source.arity > 2:
+        raise InvalidArgumentError(
+            f"labels: {described(source.function)} asks for the environment, so what holds in a state is not known; "
+            "the labels of a model are a function of the state"
+        )
+    named = [_names(source, state) for state in range(n)]
     aps = sorted({name for label in named for name in label})
     start = getattr(base, "initial_state_distrib", None)
     initial: dict[str, Any] = {}
@@ -66,11 +74,9 @@ def _labels_of_wrapper(env: Any) -> LabelSource:
     return None
 
 
-def _names(labels: Any, state: int) -> dict[str, bool]:
-    if callable(labels):
-        label = names_of(labels(state, {}))
-        return {**dict.fromkeys(getattr(labels, "propositions", ()), False), **label}
-    return names_of({name: predicate(state) for name, predicate in labels.items()})
+def _names(source: Source, state: int) -> dict[str, bool]:
+    arguments: tuple[Any, ...] = (state, {})[: source.arity]
+    return {**dict.fromkeys(source.propositions or (), False), **names_of(source.function(*arguments))}
 
 
 def _of_grid(layout: GridMap) -> LabelledMDP:

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv, VectorWrapper
-from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
+from gymnasium.vector.utils import batch_space
 
 from ltlc.automata import RabinAutomaton
-from ltlc.envs.batch import copied, merge, select
+from ltlc.envs.batch import copied, merge, part
 from ltlc.envs.chance import Chances
 from ltlc.envs.choices import PairChoices
-from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
+from ltlc.envs.labeller import VectorLabeller
+from ltlc.envs.labels import ExtraLabels, LabelSource
+from ltlc.envs.letters import LabelNames
 from ltlc.envs.observe import ObservationMode, observer
-from ltlc.envs.wrapper import BaseReward, InitialLabel, check_modes, warn_discount_varies
+from ltlc.envs.success import Success
+from ltlc.envs.wrapper import FLAT_INFO, BaseReward, InitialLabel, check_modes, warn_discount_varies
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
 from ltlc.rewards import RewardTables
@@ -34,13 +37,14 @@ else:  # generic from gymnasium 1.4 on only
 
 
 class LTLVectorWrapper(_VectorWrapper):
-    """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over them.
+    """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over automata.
 
-    `infos["ltl"]` holds an array per entry. It has two entries more: `valid`, False where this step only began a new
-    episode (autoreset mode NEXT_STEP), so that replay can skip it; and, after a step, `base_terminated`, whether the
-    environment ended the episode, whatever the task does, so that replay can teach other automaton states. In mode
-    SAME_STEP the entries of a finished sub-environment are those of its new episode, and
-    `infos["final_info"]["ltl"]` has those of its last step, to go with `infos["final_obs"]`.
+    `infos["ltl"]` holds an array per entry; the sets of names in `label_names` are made when they are looked at. It has
+    two entries more: `valid`, False where this step only began a new episode (autoreset mode NEXT_STEP), so that replay
+    can skip it; and, after a step, `base_terminated`, whether the environment ended the episode, whatever the task
+    does, so that replay can teach other automaton states. In mode SAME_STEP the entries of a finished sub-environment
+    are those of its new episode, and `infos["final_info"]["ltl"]` has those of its last step, to go with
+    `infos["final_obs"]`.
 
     Where the task itself ends an episode, the sub-environment begins a new one when the autoreset mode says so:
     Gymnasium's SyncVectorEnv and AsyncVectorEnv can do so, and so can any vector environment that knows `reset_mask`
@@ -51,17 +55,24 @@ class LTLVectorWrapper(_VectorWrapper):
     Args:
         env: the vector environment.
         task: see `LTLWrapper`.
-        labels: see `LTLWrapper`; functions and predicates are called once with the whole batch.
+        labels: see `LTLWrapper`; functions and predicates are called with the observation of each sub-environment in
+            turn, and with its info, a read-only mapping. The sub-environment itself can be had from SyncVectorEnv.
+        batch_labels: in place of `labels`, and faster: a function of (observations) or (observations, infos) of many
+            sub-environments at once, a dict of such predicates, or the text `module:name` of either. Labels come as an
+            array of bitmasks or of event strings, a boolean array with a column per name, a dict from name to boolean
+            array, or a sequence of single labels. It is not always the whole batch that is labelled.
         observation: see `LTLWrapper`.
         reward: see `LTLWrapper`.
         initial_label: see `LTLWrapper`.
         extra_labels: see `LTLWrapper`.
         warn_discount: see `LTLWrapper`; the bundled agents use the discounts, and nothing is said where they learn.
+        success_key: see `LTLWrapper`; in mode SAME_STEP the last word of an episode is told in `infos["final_info"]`.
+        flat_info: see `LTLWrapper`.
 
     Raises:
         UnknownNameError: see `LTLWrapper`.
-        InvalidArgumentError: see `LTLWrapper`; or the task can end episodes, and this kind of vector environment
-            cannot reset single sub-environments.
+        InvalidArgumentError: see `LTLWrapper`; `labels` and `batch_labels` are both given; or the task can end
+            episodes, and this kind of vector environment cannot reset single sub-environments.
     """
 
     def __init__(
@@ -70,21 +81,24 @@ class LTLVectorWrapper(_VectorWrapper):
         task: Task | Formula | str | RabinAutomaton,
         labels: LabelSource = None,
         *,
+        batch_labels: LabelSource = None,
         observation: ObservationMode = "dict",
         reward: BaseReward = "replace",
         initial_label: InitialLabel = "read",
         extra_labels: ExtraLabels = "error",
         warn_discount: bool = True,
+        success_key: bool = False,
+        flat_info: bool = False,
     ) -> None:
         check_type(env, VectorEnv, "env", "a vector environment of Gymnasium; LTLWrapper takes single environments")
         super().__init__(env)
-        check_modes(reward, initial_label)
+        check_modes(reward, initial_label, extra_labels)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
-        self.labels, self.initial_label = labels, initial_label
+        self.labels, self.batch_labels, self.initial_label = labels, batch_labels, initial_label
         self.warn_discount = warn_discount
-        self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
+        self.labeller = VectorLabeller(labels, batch_labels, tables.aps, env, extra_labels, self.autoreset_mode)
         self.observer = observer(observation, env.single_observation_space, tables.n_states)
         self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
@@ -94,6 +108,7 @@ class LTLVectorWrapper(_VectorWrapper):
             self.single_action_space = self.choices.space
             self.action_space = batch_space(self.single_action_space, env.num_envs)
         self._base_reward = reward
+        self._flat_info = flat_info
         self._tables = _FlatTables(tables, skip=initial_label == "skip")
         resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(
             env.unwrapped, "begin_episode"
@@ -111,6 +126,7 @@ class LTLVectorWrapper(_VectorWrapper):
         self._any_finished = False
         self._restart_late = np.zeros(n, dtype=np.bool_)
         self._everywhere = np.ones(n, dtype=np.bool_)
+        self._success = Success(self.task.automaton, initial_label == "skip") if success_key else None
 
     @property
     def automaton_state(self) -> IntArray:
@@ -137,13 +153,12 @@ class LTLVectorWrapper(_VectorWrapper):
         mask = (options or {}).get("reset_mask", self._everywhere)
         observations, infos = self.env.reset(seed=seed, options=None if options is None else dict(options))  # type: ignore[arg-type]
         self._chances.seed(seed)
-        letters = self._letters(observations, infos, mask)
-        ltl = self._begin(letters, mask)
+        ltl = self._begin(self.labeller.of(observations, infos, mask), mask)
         self._finished = self._finished & ~mask
         self._any_finished = bool(self._finished.any())
         self._restart_late &= ~mask
         ltl["valid"] = ~mask
-        infos["ltl"], infos["_ltl"] = ltl, mask.copy()
+        self._tell(infos, ltl, mask)
         return self.observer.batch(observations, self._state.copy()), infos
 
     def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
@@ -168,7 +183,7 @@ class LTLVectorWrapper(_VectorWrapper):
             observations, terminated, truncated = self._restart(
                 observations, base_rewards, terminated, truncated, infos
             )
-        letters = self.labeller.letters(observations, infos, self.num_envs)
+        letters = self.labeller.of(observations, infos)
         base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun, terminated)
         if stops is not None:
@@ -180,23 +195,16 @@ class LTLVectorWrapper(_VectorWrapper):
         ltl["valid"] = self._everywhere.copy() if begun is None else ~begun
         ltl["base_terminated"] = base_terminated
         rewards = self._rewards(ltl, base_rewards)
-        infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
+        self._tell(infos, ltl, self._everywhere)
         return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
-
-    def _letters(self, observations: Any, infos: dict[str, Any], mask: BoolArray) -> IntArray:
-        """Letters of the masked sub-environments; 0 elsewhere."""
-        if mask.all():
-            return self.labeller.letters(observations, infos, self.num_envs)
-        chosen = np.flatnonzero(mask)
-        letters = np.zeros(self.num_envs, dtype=np.int64)
-        letters[chosen] = self.labeller.letters(select(observations, chosen), select(infos, chosen), len(chosen))
-        return letters
 
     def _begin(self, letters: IntArray, mask: BoolArray) -> dict[str, Any]:
         """Put the masked automata at the start of an episode; returns the info of a reset (right where masked)."""
-        before = self._state
+        before, word = self._state, None if self._success is None else self._success.state
         ltl, _ = self._read(letters, self._everywhere)
         self._state = np.where(mask, self._state, before)
+        if self._success is not None:
+            self._success.state = np.where(mask, self._success.state, word)
         ltl["state"] = self._state.copy()
         if self._base_reward == "info":
             ltl["base_reward"] = np.zeros(self.num_envs)
@@ -241,9 +249,21 @@ class LTLVectorWrapper(_VectorWrapper):
             "accepting": tables.accepted.take(index),
             "progress": tables.progress.take(self._state),
         }
+        if self._success is not None:
+            ltl["success"] = self._success.read(letters, False if begun is None else begun)
         if self.choices.active:
             ltl["action_mask"] = self.action_masks()
         return ltl, stops
+
+    def _tell(self, infos: dict[str, Any], ltl: dict[str, Any], mask: BoolArray) -> None:
+        """Put what the automata say into the infos; the mask says where it is so."""
+        ltl["label_names"] = LabelNames(self.task.aps, ltl["label"])
+        infos["ltl"], infos["_ltl"] = ltl, mask.copy()
+        if self._success is not None:
+            infos["is_success"], infos["_is_success"] = ltl["success"].copy(), mask.copy()
+        if self._flat_info:
+            for key, entry in FLAT_INFO.items():
+                infos[key], infos[f"_{key}"] = ltl[entry].copy(), mask.copy()
 
     def _rewards(self, ltl: dict[str, Any], base_rewards: FloatArray) -> FloatArray:
         if self._base_reward == "add":
@@ -291,12 +311,10 @@ class LTLVectorWrapper(_VectorWrapper):
         """`step` from where the environment has been stepped, in mode SAME_STEP."""
         ended = np.asarray(infos.get("_final_obs", np.zeros(self.num_envs, dtype=np.bool_)))
         if ended.any():
-            letters = self._letters(observations, infos, ~ended)
-            chosen = np.flatnonzero(ended)
-            last = self._stack(infos["final_obs"][chosen])
-            letters[chosen] = self.labeller.letters(last, select(infos["final_info"], chosen), len(chosen))
+            letters = self.labeller.of(observations, infos, ~ended)
+            letters += self.labeller.of_final(infos["final_obs"], infos["final_info"], ended)
         else:
-            letters = self.labeller.letters(observations, infos, self.num_envs)
+            letters = self.labeller.of(observations, infos)
         ltl, stops = self._read(letters, terminated=terminated)
         rewards = self._rewards(ltl, base_rewards)
         ltl["valid"] = self._everywhere.copy()
@@ -306,7 +324,7 @@ class LTLVectorWrapper(_VectorWrapper):
             terminated = terminated | stops
         if done.any():
             observations = self._final(observations, infos, ltl, ended, done)
-        infos["ltl"], infos["_ltl"] = ltl, self._everywhere.copy()
+        self._tell(infos, ltl, self._everywhere)
         return self.observer.batch(observations, self._state.copy()), rewards, terminated, truncated, infos
 
     def _final(
@@ -318,25 +336,20 @@ class LTLVectorWrapper(_VectorWrapper):
         by_task = done & ~ended
         if by_task.any():
             for i in np.flatnonzero(by_task):  # an object array can only be filled one by one
-                final_obs[i] = copied(select(observations, i))
+                final_obs[i] = copied(part(self.env.single_observation_space, observations, i))
             own = {key: value for key, value in infos.items() if not key.lstrip("_").startswith("final_")}
             merge(final_info, copied(own), by_task)
             observations, new_infos = self.env.reset(options={"reset_mask": by_task.copy()})
             merge(infos, new_infos, by_task)
         for i in np.flatnonzero(done):
             final_obs[i] = self.observer.single(final_obs[i], int(self._state[i]))
-        final_info["ltl"], final_info["_ltl"] = {key: column.copy() for key, column in ltl.items()}, done.copy()
+        self._tell(final_info, {key: column.copy() for key, column in ltl.items()}, done)
         infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
         infos["final_info"], infos["_final_info"] = final_info, done.copy()
-        first = self._begin(self._letters(observations, infos, done), done)
+        first = self._begin(self.labeller.of(observations, infos, done), done)
         for key, column in first.items():
             ltl[key][done] = column[done]
         return observations
-
-    def _stack(self, each: Sequence[Any]) -> Any:
-        """Batch a sequence of single observations."""
-        space = self.env.single_observation_space
-        return concatenate(space, list(each), create_empty_array(space, len(each)))  # type: ignore[arg-type]
 
 
 class _FlatTables:

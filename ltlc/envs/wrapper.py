@@ -8,13 +8,19 @@ from typing import Any, Literal, NamedTuple, get_args
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import RecordConstructorArgs
+from gymnasium.wrappers import Autoreset
 
 from ltlc.automata import RabinAutomaton
 from ltlc.envs.chance import Chance
 from ltlc.envs.choices import PairChoices
-from ltlc.envs.labels import ExtraLabels, LabelSource, labeller_for
+from ltlc.envs.labeller import labeller_for
+from ltlc.envs.labels import ExtraLabels, LabelSource, importable
+from ltlc.envs.letters import letter_names
 from ltlc.envs.observe import ObservationMode, observer
+from ltlc.envs.specs import with_clear_json
+from ltlc.envs.success import Success
 from ltlc.errors import InvalidArgumentError, RewardWarning, UnknownNameError, check_type
 from ltlc.ltl import Formula
 from ltlc.rewards.zeta_reach import ZetaReach
@@ -22,6 +28,13 @@ from ltlc.task import Task
 
 BaseReward = Literal["replace", "add", "info"]
 InitialLabel = Literal["read", "skip"]
+FLAT_INFO = {
+    "ltl_state": "state",
+    "ltl_accepted": "accepting",
+    "ltl_violated": "violated",
+    "ltl_discount": "discount",
+}
+"""keys beside `info["ltl"]`, on request, and the entries of it that they repeat."""
 
 
 class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -32,11 +45,14 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     * `state`: the state of the reward tables, after a deadlock has been dealt with (the automaton's own state is
       `task.tables.automaton_state[state]`; for most schemes they are the same);
-    * `label`, `letter_class`: the letter read, as bitmask over `task.aps`, and its class;
+    * `label`, `label_names`, `letter_class`: the letter read, as bitmask over `task.aps` and as the set of names that
+      hold, and its class;
     * `reward`, `discount`: of the scheme, for this step; the discount is the weight of all that follows;
     * `violated`, `accepting`: whether the step entered a deadlock, or carries an acceptance mark;
     * `progress`: 1 on an accepting cycle, less the more letters away, 0 in a deadlock;
-    * `base_reward`: the reward of the environment, if `reward="info"`.
+    * `base_reward`: the reward of the environment, if `reward="info"`;
+    * `valid`: only around a wrapper `Autoreset`, False where the step only began a new episode;
+    * `success`: only if `success_key=True`, see below.
 
     Where the reward scheme leaves the choice of a Rabin pair to the policy, the environment has more actions: of n
     actions, a + n * (1 + i) chooses pair i and then does a. Not all of them exist all the time: `action_masks()` and
@@ -49,7 +65,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     Args:
         env: the environment.
         task: a task, or a formula or automaton to make one of.
-        labels: a function of (observation, info), a dict of predicates on the observation, or None for
+        labels: a function of (observation), (observation, info) or (observation, info, env), a dict of such
+            predicates, the text `module:name` of either (which specs and pickles can hold), or None for
             `info["labels"]`; see `ltlc.envs.labels`.
         observation: how the state of the automaton joins the observation: `dict`, `flat`, `index`, `none`; see
             `ltlc.envs.observe.observer`.
@@ -59,14 +76,19 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         extra_labels: whether labels that the formula does not mention are an error or ignored.
         warn_discount: whether to warn, at the first reset, where the discount of the rewards is not the same at every
             step: say False where the agent weighs what follows a step by `info["ltl"]["discount"]`.
+        success_key: whether infos have an entry `is_success`, as Stable-Baselines3 reads it: whether the word so far,
+            continued by its last letter for ever, satisfies the formula. Where an episode is cut before its end, that
+            decides formulas that finite words decide, and says little about others.
+        flat_info: whether infos have the entries `ltl_state`, `ltl_accepted`, `ltl_violated` and `ltl_discount`, for
+            readers that do not look into nested dicts.
 
     Warns:
         RewardWarning: see `warn_discount`.
 
     Raises:
         UnknownNameError: a label and the formula do not go together, or a mode does not exist.
-        InvalidArgumentError: the observation mode does not work for this environment, or its actions are not discrete
-            and the task has choices.
+        InvalidArgumentError: the observation mode does not work for this environment; its actions are not discrete
+            and the task has choices; or `labels` cannot be imported or takes other arguments.
         LtlSyntaxError: the task is text that is not a formula.
     """
 
@@ -81,20 +103,24 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         initial_label: InitialLabel = "read",
         extra_labels: ExtraLabels = "error",
         warn_discount: bool = True,
+        success_key: bool = False,
+        flat_info: bool = False,
     ) -> None:
         RecordConstructorArgs.__init__(
             self,
-            task=task,
-            labels=labels,
+            task=str(task) if isinstance(task, Formula) else task,
+            labels=importable(labels),
             observation=observation,
             reward=reward,
             initial_label=initial_label,
             extra_labels=extra_labels,
             warn_discount=warn_discount,
+            success_key=success_key,
+            flat_info=flat_info,
         )
         check_type(env, gym.Env, "env", "an environment of Gymnasium; LTLVectorWrapper takes vector environments")
         super().__init__(env)
-        check_modes(reward, initial_label)
+        check_modes(reward, initial_label, extra_labels)
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
         self.labels, self.warn_discount = labels, warn_discount
@@ -109,8 +135,12 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._classes: list[int] = tables.letter_class.tolist()
         self._n_classes = tables.n_classes
         self._rows: dict[int, _Row] = {}
+        self._names: dict[int, frozenset[str]] = {}
         self._chance = Chance()
         self._state = tables.initial_state
+        self._success = Success(self.task.automaton, self._skip) if success_key else None
+        self._flat_info = flat_info
+        self._autoreset = _autoreset_within(env)
 
     @property
     def automaton_state(self) -> int:
@@ -140,6 +170,11 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             warn_discount_varies(self.task)
         observation, info = self.env.reset(seed=seed, options=options)
         self._chance.seed(seed)
+        return self._first(observation, info)
+
+    def _first(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+        """Read the first letter of an episode; the observation and info of a reset."""
+        info = dict(info)
         letter = self.labeller.letter(observation, info)
         initial = self.task.tables.initial_state
         row = self._row(initial * self._n_classes + self._classes[letter])
@@ -151,7 +186,10 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl["base_reward"] = 0.0
         if self.choices.active:
             ltl["action_mask"] = self.action_masks()
-        return self.observer.single(observation, self._state), {**info, "ltl": ltl}
+        if self._autoreset is not None:
+            ltl["valid"] = False
+        self._tell(info, ltl, letter, begun=True)
+        return self.observer.single(observation, self._state), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Step the environment, then the automaton with the label of the state entered.
@@ -159,6 +197,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         Raises:
             InvalidArgumentError: the action chooses a pair that cannot be chosen now.
         """
+        if self._autoreset is not None and self._autoreset.autoreset:
+            return self._begin_instead(action)
         if self.choices.active:
             action, self._state = self.choices.split(action, self._state)
         observation, base_reward, terminated, truncated, info = self.env.step(action)
@@ -171,6 +211,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             terminated = True
             reward += stop_reward
             ltl["reward"] = reward
+            if self._autoreset is not None:
+                self._autoreset.autoreset = True
         elif terminated:
             reward += final
             ltl["reward"] = reward
@@ -180,8 +222,37 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl["base_reward"] = float(base_reward)
         if self.choices.active:
             ltl["action_mask"] = self.action_masks()
-        info["ltl"] = ltl
+        if self._autoreset is not None:
+            ltl["valid"] = True
+        self._tell(info, ltl, letter)
         return self.observer.single(observation, self._state), reward, terminated, truncated, info
+
+    def _begin_instead(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """The step in which a wrapper `Autoreset` within begins a new episode, whatever the action."""
+        if self.choices.active:
+            action = int(action) % self.choices.n_base
+        observation, base_reward, terminated, truncated, info = self.env.step(action)
+        observation, info = self._first(observation, info)
+        reward = float(base_reward) if self._base_reward == "add" else 0.0
+        return observation, reward, terminated, truncated, info
+
+    def _tell(self, info: dict[str, Any], ltl: dict[str, Any], letter: int, begun: bool = False) -> None:
+        """Put what the automaton says into the info."""
+        names = self._names.get(letter)
+        if names is None:
+            names = self._names[letter] = letter_names(self.task.aps, letter)
+        ltl["label_names"] = names
+        info["ltl"] = ltl
+        if self._success is not None:
+            ltl["success"] = bool(self._success.read(letter, begun))
+            info["is_success"] = ltl["success"]
+        if self._flat_info:
+            info |= {key: ltl[entry] for key, entry in FLAT_INFO.items()}
+
+    @property
+    def spec(self) -> EnvSpec | None:  # type: ignore[override]
+        """What `gymnasium.make` makes this environment from, if that is known."""
+        return with_clear_json(super().spec)
 
     def _row(self, index: int) -> _Row:
         """One entry of the reward tables as plain numbers, kept for the next time."""
@@ -206,6 +277,15 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return self._rows[index]
 
 
+def _autoreset_within(env: gym.Env[Any, Any]) -> Autoreset[Any, Any] | None:
+    """The outermost wrapper that begins new episodes by itself."""
+    while isinstance(env, gym.Wrapper):
+        if isinstance(env, Autoreset):
+            return env
+        env = env.env
+    return None
+
+
 class _Row(NamedTuple):
     next_state: int
     reward: float
@@ -227,7 +307,7 @@ def warn_discount_varies(task: Task) -> None:
         warnings.warn(RewardWarning(text), stacklevel=3)
 
 
-def check_modes(reward: str, initial_label: str) -> None:
+def check_modes(reward: str, initial_label: str, extra_labels: str) -> None:
     """Check the modes that both wrappers have.
 
     Raises:
@@ -237,3 +317,5 @@ def check_modes(reward: str, initial_label: str) -> None:
         raise UnknownNameError("treatment of the environment's reward", reward, get_args(BaseReward))
     if initial_label not in get_args(InitialLabel):
         raise UnknownNameError("treatment of the first label", initial_label, get_args(InitialLabel))
+    if extra_labels not in get_args(ExtraLabels):
+        raise UnknownNameError("treatment of extra labels", extra_labels, get_args(ExtraLabels))

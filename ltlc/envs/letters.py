@@ -1,0 +1,210 @@
+"""Letters: labels as the bitmasks an automaton reads, one at a time or for a batch.
+
+From a vector environment labels come batched: as an array of bitmasks or of event strings, a boolean array
+(num_envs, n_names), a dict from name to boolean array, or a sequence of single labels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+
+from ltlc.automata.rabin import MAX_APS
+from ltlc.envs.labels import ExtraLabels, names_of, truth
+from ltlc.errors import AlphabetLimitExceeded, InvalidArgumentError, UnknownNameError
+
+IntArray = npt.NDArray[np.int64]
+
+_REMEMBERED = 1 << 16
+"""labels whose letters are kept."""
+_BATCHED = (
+    "expected an array of bitmasks or of event strings, a boolean array with a column per name, a dict from name to "
+    "boolean array, or a sequence of single labels"
+)
+
+
+class Letters:
+    """The letters of labels over the propositions of an automaton.
+
+    Args:
+        aps: the propositions.
+        vocabulary: the names that labels are made of, if they are declared.
+        extra_labels: whether a label that the formula does not mention is an error or ignored.
+
+    Attributes:
+        known: letters of hashable labels seen before.
+
+    Raises:
+        UnknownNameError: a proposition that no label produces, or the reverse; suggests the nearest names.
+    """
+
+    def __init__(self, aps: tuple[str, ...], vocabulary: tuple[str, ...] | None, extra_labels: ExtraLabels) -> None:
+        self.aps = aps
+        self.vocabulary = vocabulary
+        self.extra_labels = extra_labels
+        self.known: dict[Any, int] = {}
+        self._bit = {name: 1 << i for i, name in enumerate(aps)}
+        self._remap: IntArray | None = None
+        if vocabulary is not None:
+            for name in aps:
+                if name not in vocabulary:
+                    raise UnknownNameError("proposition in the formula (no label produces it):", name, vocabulary)
+            for name in vocabulary:
+                self._name_bit(name)
+
+    def of(self, label: Any) -> int:
+        """The letter of a single label.
+
+        Raises:
+            UnknownNameError: the label is not a proposition of the formula, or not one that was declared.
+            InvalidArgumentError: the label is of a wrong type.
+        """
+        if type(label) is set:
+            label = frozenset(label)
+        try:
+            known = self.known.get(label)
+        except TypeError:  # not hashable
+            known = None
+        if known is not None and type(label) in (frozenset, str, tuple):
+            return known
+        if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
+            return int(self._of_array(label[None], 1)[0])
+        if isinstance(label, int | np.integer) and not isinstance(label, bool):
+            return int(self._of_array(np.array([label]), 1)[0])
+        letter = 0
+        for name, holds in names_of(label).items():
+            bit = self._name_bit(name)  # also where it does not hold: a misspelt name never would
+            letter |= bit if holds else 0
+        if isinstance(label, frozenset | str | tuple) and len(self.known) < _REMEMBERED:
+            self.known[label] = letter
+        return letter
+
+    def of_batch(self, label: Any, n: int) -> IntArray:
+        """The letters of the labels of n sub-environments, shape (n,), int64.
+
+        Raises:
+            UnknownNameError: as `of`.
+            InvalidArgumentError: as `of`, or the batch has the wrong shape.
+        """
+        if isinstance(label, Mapping):
+            return self._of_columns(label, n)
+        if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
+            return self._of_array(label, n)
+        if isinstance(label, Iterable) and not isinstance(label, str | set | frozenset):
+            each = list(label)
+            if len(each) == n:
+                return np.fromiter(map(self.of, each), dtype=np.int64, count=n)
+        raise InvalidArgumentError(f"labels of {n} sub-environments are {label!r}; {_BATCHED}")
+
+    def _name_bit(self, name: str) -> int:
+        """Bit of a name, 0 if it is not the formula's and that is allowed."""
+        if self.vocabulary is not None and name not in self.vocabulary:
+            raise UnknownNameError("label (not among the declared ones)", name, self.vocabulary)
+        bit = self._bit.get(name)
+        if bit is not None:
+            return bit
+        if self.extra_labels == "error":
+            kind = 'label (the formula does not mention it; extra_labels="ignore" permits it):'
+            raise UnknownNameError(kind, name, self.aps)
+        return 0
+
+    def _of_columns(self, label: Mapping[str, Any], n: int) -> IntArray:
+        letters = np.zeros(n, dtype=np.int64)
+        for name, column in label.items():
+            if name.startswith("_") and name[1:] in label:
+                continue  # Gymnasium's mask of the sub-environments that have the entry
+            holds = np.asarray(column)
+            if holds.dtype == object:
+                holds = np.array([truth(name, value) if value is not None else False for value in holds], dtype=bool)
+            if holds.shape != (n,) or holds.dtype != np.bool_:
+                raise InvalidArgumentError(
+                    f"the label {name!r} of {n} sub-environments has shape {holds.shape} and type {holds.dtype}; "
+                    f"it must be a boolean array of shape ({n},)"
+                )
+            letters |= np.where(holds, self._name_bit(name), 0)
+        return letters
+
+    def _of_array(self, label: npt.NDArray[Any], n: int) -> IntArray:
+        if label.dtype.kind == "f":
+            what = "NaN" if np.isnan(label).any() else f"of type {label.dtype}"
+            raise InvalidArgumentError(f"labels are {what}; {_BATCHED}")
+        if self.vocabulary is None:
+            raise InvalidArgumentError(
+                "bitmask and boolean-array labels need a vocabulary: wrap the function in LabelFunction(..., names)"
+            )
+        width = len(self.vocabulary)
+        if label.dtype == np.bool_:
+            if label.shape != (n, width):
+                raise InvalidArgumentError(f"boolean labels have shape {label.shape}, expected ({n}, {width})")
+            label = label @ (1 << np.arange(width, dtype=np.int64))
+        if label.shape != (n,):
+            raise InvalidArgumentError(f"bitmask labels have shape {label.shape}, expected ({n},)")
+        label = label.astype(np.int64)
+        if n and int(label.view(np.uint64).max()) >> width:  # negative numbers are large ones here
+            raise InvalidArgumentError(f"a bitmask label is outside 0..{(1 << width) - 1}")
+        return label if self.vocabulary == self.aps else self._bitmask_remap().take(label)
+
+    def _bitmask_remap(self) -> IntArray:
+        """Letter over the automaton's propositions for each bitmask over the vocabulary."""
+        if self._remap is None:
+            names = self.vocabulary or ()
+            if len(names) > MAX_APS:
+                raise AlphabetLimitExceeded(f"bitmask labels over {len(names)} names; at most {MAX_APS} are possible")
+            masks = np.arange(1 << len(names), dtype=np.int64)
+            self._remap = np.zeros_like(masks)
+            for i, name in enumerate(names):
+                self._remap |= np.where(masks >> i & 1, self._bit.get(name, 0), 0)
+        return self._remap
+
+
+def letter_names(aps: tuple[str, ...], letter: int) -> frozenset[str]:
+    """The propositions that hold in a letter."""
+    return frozenset(name for i, name in enumerate(aps) if letter >> i & 1)
+
+
+class LabelNames(np.ndarray[Any, np.dtype[np.int64]]):
+    """An array of letters whose entries show themselves as sets of names, made when they are looked at.
+
+    Args:
+        aps: the propositions.
+        letters: shape (n,), int64; shared, not copied.
+
+    Example:
+        >>> LabelNames(("goal", "wall"), np.array([0, 1]))
+        LabelNames([frozenset(), frozenset({'goal'})])
+    """
+
+    aps: tuple[str, ...]
+
+    def __new__(cls, aps: tuple[str, ...], letters: IntArray) -> LabelNames:
+        """A view of the letters."""
+        names = letters.view(cls)
+        names.aps = aps
+        return names
+
+    def __array_finalize__(self, source: Any) -> None:
+        self.aps = getattr(source, "aps", ())
+
+    def __getitem__(self, key: Any) -> Any:
+        part = super().__getitem__(key)
+        return part if isinstance(part, LabelNames) else letter_names(self.aps, int(part))
+
+    def tolist(self) -> Any:
+        """The sets as a list."""
+        return [self[i] for i in range(len(self))]
+
+    def item(self, *key: Any) -> Any:
+        """One of the sets."""
+        return letter_names(self.aps, super().item(*key))
+
+    def __reduce__(self) -> Any:
+        return LabelNames, (self.aps, np.asarray(self))
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
+        return self.__reduce__()
+
+    def __repr__(self) -> str:
+        return f"LabelNames({list(self)})"

@@ -1,0 +1,550 @@
+"""Labels: what a labelling function may take, that it means the same in both wrappers, and what infos tell of it."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import math
+import operator
+import pickle
+import sys
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from envs_reference import RandomEnv
+from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import Autoreset, TimeLimit
+from gymnasium.wrappers.vector import DictInfoToList
+from test_envs_vector import RESETS, TASKS, assert_same, run
+
+from ltlc.automata import RabinAutomaton
+from ltlc.envs import LabelFunction, LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp
+from ltlc.envs.batch import SubInfo
+from ltlc.envs.labels import arity
+from ltlc.envs.letters import LabelNames
+from ltlc.envs.success import accepted_forever
+from ltlc.errors import InvalidArgumentError
+from ltlc.task import Task
+
+N = 5
+KINDS = ("discrete", "box", "multi", "dict")
+
+
+def total(observation: Any) -> float:
+    """A number that depends on all of an observation, whatever its space."""
+    if isinstance(observation, dict):
+        return sum(total(part) for part in observation.values())
+    return float(np.sum(observation))
+
+
+def names(a: Any, b: Any) -> set[str]:
+    return {name for name, holds in (("a", a), ("b", b)) if holds}
+
+
+def by_observation(observation: Any) -> set[str]:
+    return names(total(observation) % 1 < 0.5, total(observation) > 1)
+
+
+def by_info(observation: Any, info: Any) -> set[str]:
+    return names(info["coin"] > 1, total(observation) > 1)
+
+
+def by_env(observation: Any, info: Any, env: Any) -> set[str]:
+    return names(info["coin"] > 1, env.unwrapped.last > 0.5)
+
+
+class Watched(RandomEnv):
+    """A random environment with something to see that is in neither observation nor info."""
+
+    last = 0.0
+
+    def step(self, action: Any) -> Any:
+        self.last = float(self.np_random.random())
+        return super().step(action)
+
+    def reset(self, **arguments: Any) -> Any:
+        self.last = 0.0
+        return super().reset(**arguments)
+
+
+LABELLERS: list[Any] = [
+    by_observation,
+    by_info,
+    by_env,
+    {"a": lambda o: total(o) % 1 < 0.5, "b": lambda o, info: bool(info["coin"] > 1)},
+    {"a": lambda o, info, env: env.unwrapped.last > 0.5, "b": lambda o: total(o) > 1},
+    "test_envs_labels:by_info",
+    LabelFunction(by_observation, ("a", "b")),
+    LabelFunction(lambda o: int(total(o) > 1), ("b", "a")),
+]
+
+
+def vectors(task: Task, mode: AutoresetMode, kind: str, **arguments: Any) -> tuple[Any, Any]:
+    one_by_one = SyncVectorEnv([lambda: LTLWrapper(Watched(kind), task, **arguments)] * N, autoreset_mode=mode)
+    together = LTLVectorWrapper(SyncVectorEnv([partial(Watched, kind)] * N, autoreset_mode=mode), task, **arguments)
+    return one_by_one, together
+
+
+@pytest.mark.parametrize("mode", RESETS)
+@pytest.mark.parametrize("number", range(len(LABELLERS)))
+def test_labels_mean_the_same_in_both_wrappers(
+    number: int, mode: AutoresetMode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "test_envs_labels", sys.modules[__name__])
+    if mode == AutoresetMode.SAME_STEP and number in (2, 4):
+        with pytest.raises(InvalidArgumentError, match="in its next episode already"):
+            vectors(TASKS[1](), mode, "discrete", labels=LABELLERS[number])
+        return
+    for kind in KINDS:
+        run(*vectors(TASKS[1](), mode, kind, labels=LABELLERS[number]), 40, mode)
+
+
+@pytest.mark.parametrize("mode", RESETS)
+def test_labels_over_processes(mode: AutoresetMode) -> None:
+    task = Task("G F a & G F b", "eventual")
+    one_by_one = SyncVectorEnv([lambda: LTLWrapper(Watched(), task, by_info)] * N, autoreset_mode=mode)
+    together = LTLVectorWrapper(AsyncVectorEnv([Watched] * N, autoreset_mode=mode), task, by_info)
+    run(one_by_one, together, 20, mode)
+    with pytest.raises(InvalidArgumentError, match=r"by_env.*asks for the environment.*processes of their own"):
+        LTLVectorWrapper(together.env, task, by_env)
+    together.close()
+
+
+def test_functions_of_one_observation_where_there_are_as_many_environments_as_numbers_in_it() -> None:
+    """Called with the batch, such a function would look at the first environment and never say so."""
+    envs = gym.make_vec("CartPole-v1", num_envs=4, vectorization_mode="sync")
+    env = LTLVectorWrapper(envs, Task("G F left", "eventual"), {"left": lambda o: o[0] < 0})
+    observations, infos = env.reset(seed=1)
+    for _ in range(20):
+        assert infos["ltl"]["label"].tolist() == (observations["observation"][:, 0] < 0).astype(int).tolist()
+        observations, *_, infos = env.step(env.action_space.sample())
+
+
+def test_labels_and_batch_labels_exclude_each_other() -> None:
+    with pytest.raises(InvalidArgumentError, match="labels and batch_labels are both given"):
+        LTLVectorWrapper(SyncVectorEnv([RandomEnv]), "F a", lambda o: "a", batch_labels=lambda o: ["a"])
+
+
+def test_batch_labels_of_some_sub_environments() -> None:
+    """With spaces that Gymnasium batches as tuples, too."""
+
+    def batched(observations: Any) -> list[str]:
+        assert len(observations["text"]) == len(observations["n"])
+        return [text if n else "" for text, n in zip(observations["text"], observations["n"], strict=True)]
+
+    for mode in RESETS:
+        one_by_one = SyncVectorEnv(
+            [lambda: LTLWrapper(Texts(), "G F a", lambda o: o["text"] if o["n"] else "")] * N, autoreset_mode=mode
+        )
+        together = LTLVectorWrapper(SyncVectorEnv([Texts] * N, autoreset_mode=mode), "G F a", batch_labels=batched)
+        run(one_by_one, together, 30, mode)
+
+
+class Letter(spaces.Space[str]):
+    """A space of somebody's own, which Gymnasium cannot flatten."""
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def sample(self, mask: Any = None, probability: Any = None) -> str:
+        return "a" if self.np_random.random() < 0.5 else ""
+
+    def contains(self, x: Any) -> bool:
+        return x in ("a", "")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Letter)
+
+    __hash__ = None
+
+
+class Texts(gym.Env):
+    """Shows a text and a number."""
+
+    def __init__(self) -> None:
+        self.observation_space = spaces.Dict({"text": Letter(), "n": spaces.Discrete(2)})
+        self.action_space = spaces.Discrete(2)
+
+    def _see(self) -> Any:
+        return {"text": "a" if self.np_random.random() < 0.5 else "", "n": int(self.np_random.integers(2))}
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
+        super().reset(seed=seed)
+        return self._see(), {}
+
+    def step(self, action: Any) -> Any:
+        return self._see(), 0.0, bool(self.np_random.random() < 0.1), bool(self.np_random.random() < 0.1), {}
+
+
+def test_a_space_that_cannot_be_flattened_is_named() -> None:
+    with pytest.raises(
+        InvalidArgumentError, match=r"cannot flatten the observation\['text'\], which is .*Letter.* 'dict'"
+    ):
+        LTLWrapper(Texts(), "F a", lambda o: o["text"], observation="flat")
+    with pytest.raises(InvalidArgumentError, match="cannot flatten the observation, which is Sequence"):
+        LTLWrapper(gym.wrappers.TransformObservation(Texts(), list, spaces.Sequence(spaces.Discrete(2))), "F a",
+                   lambda o: "", observation="flat")  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", RESETS)
+def test_texts_can_be_flattened_in_batches(mode: AutoresetMode) -> None:
+    def make() -> gym.Env:
+        text = spaces.Text(1, min_length=0, charset="ab")
+        return gym.wrappers.TransformObservation(Texts(), lambda o: o["text"], text)
+
+    task = Task("G F a")
+    one_by_one = SyncVectorEnv(
+        [lambda: LTLWrapper(make(), task, lambda o: o, observation="flat")] * N, autoreset_mode=mode
+    )
+    inner = SyncVectorEnv([make] * N, autoreset_mode=mode)
+    run(one_by_one, LTLVectorWrapper(inner, task, lambda o: o, observation="flat"), 20, mode)
+
+
+class Method:
+    """Callable in several ways."""
+
+    def __call__(self, observation: Any, info: Any) -> str:
+        return ""
+
+    def bound(self, observation: Any) -> str:
+        return ""
+
+    @staticmethod
+    def static(observation: Any, info: Any, env: Any) -> str:
+        return ""
+
+
+@functools.lru_cache
+def cached(observation: Any, info: Any = None) -> str:
+    return ""
+
+
+@pytest.mark.parametrize(("function", "expected"), [
+    (lambda o: "", 1), (lambda o, i: "", 2), (lambda o, i, e: "", 3), (lambda *a: "", 1), (lambda o, *a: "", 1),
+    (lambda o, goal=3: "", 1), (lambda o, info=None: "", 2), (lambda o, info=None, env=None: "", 3),
+    (lambda o, i, env=None: "", 3), (lambda o, env=None: "", 1), (lambda o, *, scale=1: "", 1), (lambda o=0: "", 1),
+    (Method(), 2), (Method().bound, 1), (Method.static, 3), (cached, 2), (math.sqrt, 1), (str, 1), (frozenset, 1),
+    (partial(lambda goal, o: "", 3), 1), (partial(lambda o, goal: "", goal=3), 1), (operator.itemgetter(0), 1),
+    (LabelFunction(lambda o: "", ()), 1), (LabelFunction(lambda o, i, e: "", ()), 3),
+])  # fmt: skip
+def test_arities(function: Callable[..., Any], expected: int) -> None:
+    assert arity(function) == expected
+
+
+@pytest.mark.parametrize(("function", "takes"), [
+    (lambda: "", r"\(\)"), (lambda o, i, e, x: "", r"\(o, i, e, x\)"), (lambda o, *, scale: "", r"\(o, \*, scale\)"),
+    (lambda **o: "", r"\(\*\*o\)"), (LabelFunction(lambda: "", ()), r"\(\)"),
+])  # fmt: skip
+def test_functions_of_something_else_are_refused_when_the_wrapper_is_made(function: Any, takes: str) -> None:
+    accepted = r"\(observation\), \(observation, info\) or \(observation, info, env\)"
+    expected = rf"takes {takes}; a labelling function takes {accepted}"
+    with pytest.raises(InvalidArgumentError, match=expected):
+        LTLWrapper(RandomEnv(), "F a", function)
+    with pytest.raises(InvalidArgumentError, match=expected):
+        LTLVectorWrapper(SyncVectorEnv([RandomEnv]), "F a", {"a": function})
+    with pytest.raises(InvalidArgumentError, match=r"takes \(observations\) or \(observations, infos\)"):
+        LTLVectorWrapper(SyncVectorEnv([RandomEnv]), "F a", batch_labels=function)
+
+
+def test_a_batch_function_is_not_given_the_environment() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"takes \(observations\) or \(observations, infos\)"):
+        LTLVectorWrapper(SyncVectorEnv([RandomEnv]), "F a", batch_labels=lambda o, i, e: "")
+
+
+def test_the_info_of_a_sub_environment() -> None:
+    yes = np.array([True, True])
+    first = np.array([True, False])
+    infos = {"x": np.array([3, 4]), "_x": yes, "y": np.array([5, 0]), "_y": first, "note": "all",
+             "_own": np.array([7, 8]), "deep": {"z": np.array(["q", None]), "_z": first}, "_deep": first}  # fmt: skip
+    assert SubInfo(infos, 0) == {"x": 3, "y": 5, "note": "all", "_own": 7, "deep": {"z": "q"}}
+    assert dict(SubInfo(infos, 1)) == {"x": 4, "note": "all", "_own": 8}
+    assert SubInfo(infos, 1).get("y") is None and "_x" not in SubInfo(infos, 0)
+    with pytest.raises(KeyError):
+        SubInfo(infos, 1)["deep"]
+
+
+def test_infos_in_which_some_labels_are_missing() -> None:
+    class Sometimes(RandomEnv):
+        def step(self, action: Any) -> Any:
+            *step, _ = super().step(action)
+            return *step, {} if action else {"labels": 1}
+
+    env = LTLVectorWrapper(SyncVectorEnv([Sometimes] * 2), "F a & F b")
+    env.reset()
+    with pytest.raises(InvalidArgumentError, match="infos of 1 of 2 sub-environments have no entry 'labels'"):
+        env.step(np.array([0, 1]))
+
+
+def test_negative_bitmasks_are_no_letters() -> None:
+    for names in (("a", "b"), ("b", "a")):
+        env = LTLWrapper(RandomEnv(), "F a & F b", LabelFunction(lambda o: -1, names))
+        with pytest.raises(InvalidArgumentError, match=r"outside 0\.\.3"):
+            env.reset()
+
+
+def test_exceptions_of_labels_say_where() -> None:
+    def bad(observation: Any) -> str:
+        raise KeyError("goal")
+
+    with pytest.raises(KeyError) as caught:
+        LTLWrapper(RandomEnv(), "F a", bad).reset(seed=0)
+    assert any("bad" in note and "observation" in note for note in caught.value.__notes__)
+    with pytest.raises(IndexError) as raised:
+        LTLVectorWrapper(SyncVectorEnv([RandomEnv]), "F a", lambda o: "a" * bool(o[:, 0] > 1)).reset()
+    assert any("batch_labels" in note for note in raised.value.__notes__)
+
+
+SENSORS = """
+from ltlc.envs import LabelFunction
+def labels(observation):
+    return {"a"} if observation > 4 else set()
+def high(observation, info):
+    return bool(observation > 4)
+predicates = {"a": "sensors:high"}
+declared = LabelFunction(lambda observation: int(observation > 4), ("a",))
+number = 3
+nothing = None
+class Sensors:
+    @staticmethod
+    def labels(observation):
+        return "a" if observation > 4 else ""
+"""
+
+
+@pytest.fixture
+def sensors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "sensors.py").write_text(SENSORS)
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    sys.modules.pop("sensors", None)
+
+
+TEXTS = ["sensors:labels", "sensors.py:labels", "sensors:Sensors.labels", "sensors:predicates", "sensors:declared",
+         {"a": "sensors:high"}]  # fmt: skip
+
+
+@pytest.mark.parametrize("labels", TEXTS)
+def test_labels_by_name_come_through_specs_and_pickles(labels: Any, sensors: Path) -> None:
+    env = LTLWrapper(TimeLimit(gym.make("FrozenLake-v1"), 7), "F a", labels, observation="index", success_key=True)
+    spec = EnvSpec.from_json(env.spec.to_json())
+    copies = [gym.make(spec), gym.make(env.spec), pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
+    for other in copies:
+        while not isinstance(other, LTLWrapper):
+            other = other.env
+        assert other.labels == labels
+        env.reset(seed=3), other.reset(seed=3)
+        for action in (0, 1, 2, 2, 1, 2):
+            assert_same(
+                dict(zip("osrti", env.step(action), strict=True)), dict(zip("osrti", other.step(action), strict=True))
+            )
+    vector = LTLVectorWrapper(SyncVectorEnv([partial(gym.make, "FrozenLake-v1")] * 3), "F a", labels)
+    vector.reset(seed=1)
+    twin = pickle.loads(pickle.dumps(vector))
+    assert_same(vector.step(np.array([1, 2, 1]))[4]["ltl"], twin.step(np.array([1, 2, 1]))[4]["ltl"])
+
+
+def test_functions_that_can_be_imported_come_through_specs(sensors: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(sensors))
+    import sensors as module
+
+    for labels, text in ((module.labels, "sensors:labels"), (module.Sensors.labels, "sensors:Sensors.labels")):
+        env = LTLWrapper(gym.make("FrozenLake-v1"), "F a", labels)
+        assert EnvSpec.from_json(env.spec.to_json()).additional_wrappers[-1].kwargs["labels"] == text
+        assert gym.make(env.spec).get_wrapper_attr("labels") == text
+    env = LTLWrapper(gym.make("FrozenLake-v1"), "F a", {"a": module.high})
+    assert EnvSpec.from_json(env.spec.to_json()).additional_wrappers[-1].kwargs["labels"] == {"a": "sensors:high"}
+
+    def local(observation: Any) -> str:
+        return "a" * (observation > 4)
+
+    for labels in ({"a": lambda o: o > 4}, local, LabelFunction(local, ("a",))):
+        env = TimeLimit(LTLWrapper(gym.make("FrozenLake-v1"), "F a", labels), 7)
+        with pytest.raises(InvalidArgumentError, match=r"LTLWrapper was made with labels=.* the text \"module:name\""):
+            env.spec.to_json()
+        gym.make(env.spec).reset()
+    with pytest.raises(InvalidArgumentError, match="LTLWrapper was made with task="):
+        LTLWrapper(gym.make("FrozenLake-v1"), Task("F a"), "sensors:labels").spec.to_json()
+
+
+@pytest.mark.parametrize(("labels", "message"), [
+    ("sensors", "expected module:name"), ("sensors:", "expected module:name"), ("sensor:labels", "no module sensor"),
+    ("sensors:lables", "'lables'. Did you mean labels"), ("sensors:number", "'sensors:number' is 3"),
+    ("sensors:nothing", "'sensors:nothing' is None"), ({"a": "sensors:number"}, "predicate 'a' is 3"),
+])  # fmt: skip
+def test_wrong_names_of_labels(labels: Any, message: str, sensors: Path) -> None:
+    with pytest.raises(InvalidArgumentError, match=message):
+        LTLWrapper(RandomEnv(), "F a", labels)
+
+
+def test_models_of_labels_in_every_form(sensors: Path) -> None:
+    lake = gym.make("FrozenLake-v1")
+    models = [labelled_mdp(lake, labels) for labels in (*TEXTS[:3], {"a": "sensors:high"}, lambda s, i: "a" * (s > 4))]
+    models.append(labelled_mdp(LTLWrapper(lake, "F a", "sensors:labels")))
+    assert all(mdp.letters.tolist() == models[0].letters.tolist() for mdp in models)
+    with pytest.raises(InvalidArgumentError, match="what holds in a state is not known"):
+        labelled_mdp(lake, lambda o, i, e: "")
+
+
+@pytest.mark.parametrize("shift", [False, True])
+def test_names_of_labels(shift: bool) -> None:
+    names = LabelNames(("a", "b"), np.array([0, 1, 3]))
+    each = [frozenset(), frozenset("a"), frozenset("ab")]
+    if shift:
+        names, each = names[1:], each[1:]
+    for same in (names, copy.deepcopy(names), copy.copy(names), pickle.loads(pickle.dumps(names)), names.copy()):
+        assert isinstance(same, LabelNames)
+        assert list(same) == same.tolist() == each
+        assert same[-1] == same.item(-1) == each[-1] and same[np.array([0])].tolist() == each[:1]
+    assert repr(names[:0]) == "LabelNames([])"
+
+
+def test_names_in_infos() -> None:
+    task = Task("G F a & G F b")
+    env = LTLWrapper(RandomEnv(end=0.0), task)
+    vector = LTLVectorWrapper(SyncVectorEnv([RandomEnv] * N), task)
+    info, infos = env.reset(seed=1)[1], vector.reset(seed=1)[1]
+    for _ in range(20):
+        assert info["ltl"]["label_names"] == info["labels"]
+        assert list(infos["ltl"]["label_names"]) == list(infos["labels"])
+        for kept in (dict(infos["ltl"]), copy.deepcopy(infos["ltl"]), pickle.loads(pickle.dumps(infos["ltl"]))):
+            assert list(kept["label_names"]) == list(infos["labels"])
+        info, infos = env.step(0)[4], vector.step(np.zeros(N, dtype=int))[4]
+    listed = DictInfoToList(LTLVectorWrapper(VectorGridWorld("S.a", 3), "F a")).reset(seed=1)[1]
+    assert listed[0]["ltl"]["label_names"] == frozenset() and listed[0]["ltl"]["label"] == 0
+
+
+def test_flat_keys_repeat_the_nested_ones() -> None:
+    pairs = {"ltl_state": "state", "ltl_accepted": "accepting", "ltl_violated": "violated", "ltl_discount": "discount"}
+    env = LTLWrapper(RandomEnv(), Task("G F a & G !(a & b)"), flat_info=True)
+    _, info = env.reset(seed=1)
+    for _ in range(30):
+        assert {key: info[key] for key in pairs} == {key: info["ltl"][entry] for key, entry in pairs.items()}
+        assert "is_success" not in info
+        info = env.step(0)[4]
+    assert not any(key.startswith(("ltl_", "is_")) for key in LTLWrapper(RandomEnv(), "F a & F b").reset()[1])
+
+
+@pytest.mark.parametrize("mode", RESETS)
+@pytest.mark.parametrize("number", range(len(TASKS)))
+@pytest.mark.parametrize("skip", ["read", "skip"])
+def test_success_and_flat_keys_equal_those_of_single_wrappers(number: int, mode: AutoresetMode, skip: str) -> None:
+    arguments = {"success_key": True, "flat_info": True, "initial_label": skip}
+    run(*vectors(TASKS[number](), mode, "discrete", **arguments), 60, mode)
+
+
+@pytest.mark.parametrize("skip", [False, True])
+@pytest.mark.parametrize("on_deadlock", ["stay", "initial"])
+def test_success_is_what_the_formula_says_of_the_word_that_goes_on_with_its_last_letter(
+    skip: bool, on_deadlock: str
+) -> None:
+    seen = set()
+    for formula in ("F a & G !(a & b)", "G F a", "F G b", "a U b", "X X a", "G(a -> X b)", "F(a & X F b)"):
+        task = Task(formula, "thesis", on_deadlock=on_deadlock)
+        env = LTLWrapper(RandomEnv(end=0.0), task, initial_label="skip" if skip else "read", success_key=True,
+                         extra_labels="ignore")  # fmt: skip
+        for seed in range(15):
+            word = [env.reset(seed=seed)[1]["labels"] & set(task.aps)]
+            for _ in range(8):
+                *_, info = env.step(0)
+                word.append(info["labels"] & set(task.aps))
+                satisfied = task.automaton.accepts(word[skip:], [word[-1]])
+                assert info["is_success"] is info["ltl"]["success"] is satisfied
+                seen.add((formula, satisfied))
+    assert len(seen) == 14
+
+
+def test_words_that_repeat_a_letter() -> None:
+    from rewards_reference import random_automaton
+
+    for seed in range(60):
+        automaton: RabinAutomaton = random_automaton(seed, n_states=1 + seed % 7, n_pairs=seed % 4, density=0.3)
+        accepted = accepted_forever(automaton)
+        for state in range(automaton.n_states):
+            for letter, c in enumerate(automaton.letter_class.tolist()):
+                at, marks = state, []
+                for _ in range(3 * automaton.n_states):
+                    marks.append((automaton.edge_fin[:, at, c], automaton.edge_inf[:, at, c]))
+                    at = int(automaton.delta[at, c])
+                fin, inf = (np.any([m[i] for m in marks[automaton.n_states :]], axis=0) for i in (0, 1))
+                assert accepted[state, c] == (inf & ~fin).any(), (seed, state, letter)
+
+
+def test_success_keys_are_what_monitors_read() -> None:
+    results = set()
+    for seed in range(40):
+        env = LTLWrapper(TimeLimit(RandomEnv(), 20), Task("!b U a"), success_key=True, flat_info=True)
+        env.reset(seed=seed)
+        over = False
+        while not over:
+            *_, terminated, truncated, info = env.step(0)
+            over = terminated or truncated
+        results.add(info["is_success"])
+        assert type(info["is_success"]) is bool and type(info["ltl_state"]) is int
+    assert results == {False, True}
+
+
+def stacks() -> list[Callable[[], gym.Env]]:
+    return [
+        lambda: Autoreset(RandomEnv()),
+        lambda: TimeLimit(Autoreset(RandomEnv()), 10_000),
+        lambda: Autoreset(TimeLimit(RandomEnv(), 6)),
+        lambda: gym.wrappers.RecordEpisodeStatistics(Autoreset(TimeLimit(RandomEnv(), 6))),
+    ]
+
+
+@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("reward", ["replace", "add", "info"])
+@pytest.mark.parametrize("task", range(len(TASKS)))
+def test_around_autoreset_the_automaton_starts_over(number: int, reward: str, task: int) -> None:
+    """Against a loop that resets by hand, in which nothing resets by itself."""
+    arguments: dict[str, Any] = {"reward": reward, "success_key": True, "flat_info": True}
+    inner = RandomEnv() if number < 2 else TimeLimit(RandomEnv(), 6)
+    by_hand = LTLWrapper(inner, TASKS[task](), **arguments)
+    by_itself = LTLWrapper(stacks()[number](), TASKS[task](), **arguments)
+    expected, got = by_hand.reset(seed=5), by_itself.reset(seed=5)
+    assert_same(expected[0], got[0])
+    over, episodes = False, 0
+    for _ in range(200):
+        step = by_itself.step(1)
+        if over:
+            observation, info = by_hand.reset()
+            want: Any = (observation, 0.0, False, False, info)
+        else:
+            want = by_hand.step(1)
+        got_info = dict(step[4])
+        got_info.pop("episode", None)
+        assert got_info["ltl"].pop("valid") is not over
+        assert_same(want[0], step[0])
+        assert want[1:4] == step[1:4]
+        assert_same(want[4], got_info)
+        over = step[2] or step[3]
+        episodes += over
+    assert episodes > 10
+
+
+def test_choices_of_pairs_around_autoreset() -> None:
+    task = Task("FG a | FG b", "zeta-discount", acceptance="transition")
+    env = LTLWrapper(Autoreset(RandomEnv(end=0.3)), task)
+    env.reset(seed=0)
+    over, chosen = False, 0
+    for _ in range(100):
+        action = int(np.flatnonzero(env.action_masks())[-1])
+        _, _, terminated, truncated, info = env.step(action)
+        assert info["ltl"]["valid"] is not over
+        chosen += action >= 2
+        over = terminated or truncated
+    assert chosen
+
+
+def test_ordered_and_nested_predicates_are_fine() -> None:
+    env = LTLWrapper(RandomEnv(), "F a & F b", OrderedDict(a=lambda o: True, b=lambda o, info: info["coin"] == 3))
+    _, info = env.reset(seed=2)
+    assert info["ltl"]["label"] == 1 + 2 * (info["coin"] == 3)
