@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -152,6 +153,8 @@ class DQNConfig:
         for field, least in (("threads", 1), ("epsilon_steps", 0)):
             if getattr(self, field) is not None:
                 _check_count(field, getattr(self, field), least)
+        if self.threads is not None and self.threads > _MAX_THREADS:
+            raise InvalidArgumentError(f"threads is {self.threads}; it must be at most {_MAX_THREADS}")
         if self.buffer_size < self.batch_size:
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.batch_size})")
         if self.batch_norm and self.batch_size < 2:
@@ -203,6 +206,7 @@ class DQNConfig:
         return cls(**values)
 
 
+_MAX_THREADS = 1024
 _CHOICES: dict[str, tuple[str, ...]] = {
     "observation_input": get_args(ObservationInput),
     "state_input": get_args(StateInput),
@@ -239,7 +243,7 @@ _COUNTS = {
 
 
 def _check_number(field: str, value: object, low: float, high: float, closed: bool) -> None:
-    valid = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    valid = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
     if not valid or not (low <= value <= high) or (value == low and not closed):  # type: ignore[operator]
         bounds = f"{'[' if closed else '('}{low:g}, {high:g}{')' if high == math.inf else ']'}"
         raise InvalidArgumentError(f"{field} is {value!r}; it must be a number in {bounds}")
@@ -248,6 +252,8 @@ def _check_number(field: str, value: object, low: float, high: float, closed: bo
 def _check_count(field: str, value: object, least: int) -> None:
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
         raise InvalidArgumentError(f"{field} is {value!r}; it must be a whole number, at least {least}")
+    if value >= 2**63:
+        raise InvalidArgumentError(f"{field} is {value}; it must be below 2^63")
 
 
 def _line(start: float, end: float, part: float) -> float:

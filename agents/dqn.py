@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import os
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,11 @@ from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
 from .config import DQNConfig
+from .contents import Content, check_optimizer, config_of, n_features, numbers_in, space_of, tables_of
 from .encoder import ObservationEncoder
-from .networks import QNetwork, move_towards
+from .networks import QNetwork, layer_widths, move_towards
 from .replay import Steps
-from .storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
+from .storage import plain_space, read_file, tables_to_tensors, write_file
 from .table import LARGEST, LAST_SWEEPS, SWEEPS, QTable, Tally, fit
 from .update import TDLoss, TensorTables
 
@@ -68,7 +70,7 @@ class DoubleDQN:
         self.n_actions = n_actions
         self.encoder = ObservationEncoder(observation_space, config.observation_input)
         self.tables = plain_tables(config.gamma) if tables is None else tables
-        tabular = self._few_observations()
+        tabular = _is_tabular(config, self.encoder, self.tables.n_states, n_actions)
         self.device = "cpu" if tabular else config.device
         there = dataclasses.replace(config, device=self.device)
         self.tensor_tables = TensorTables.of(self.tables, there)
@@ -95,12 +97,6 @@ class DoubleDQN:
     def tabular(self) -> bool:
         """Whether the values are a table, which `fit` learns, and not networks, which `update` does."""
         return isinstance(self.q_network, QTable)
-
-    def _few_observations(self) -> bool:
-        config, encoder = self.config, self.encoder
-        size = encoder.n_observations * self.tables.n_states * self.n_actions
-        numbered = config.observation_input == "one-hot" and 0 < size <= LARGEST
-        return config.hidden is None and config.counterfactual and numbered
 
     def _network(self, generator: torch.Generator) -> QNetwork:
         network = QNetwork(self.encoder.n_features, self.tables.n_states, self.n_actions, self.config, generator)
@@ -259,6 +255,18 @@ class DoubleDQN:
             "updates": self.updates,
         }
 
+    def check_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file.
+
+        Raises:
+            FileFormatError: it is of another agent.
+        """
+        for name in ("q_network", "target_network", "policy_network"):
+            content[name].state_of(getattr(self, name))
+        if self.optimizer is not None:
+            check_optimizer(content["optimizer"], self.optimizer)
+        content["updates"].count()
+
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go back to what `state_dict` gave."""
         for name in ("q_network", "target_network", "policy_network"):
@@ -294,21 +302,48 @@ class DoubleDQN:
             device: where to put it; None: where it was trained, or the CPU if that device is not there.
 
         Raises:
-            FileFormatError: the file is damaged, or no policy.
+            FileFormatError: the file is damaged, no policy, or a value in it is wrong.
             OSError: the file is missing or not readable.
         """
         content = read_file(path, _FILE_KIND)
-        config = content["config"]
-        there = config["device"] if _available(config["device"]) else "cpu"
-        agent = cls(
-            space_of_plain(content["observation_space"]),
-            content["n_actions"],
-            tables_of_tensors(content["tables"]),
-            DQNConfig.from_dict(config | {"device": there if device is None else device}),
-        )
+        config, space = config_of(content["config"]), space_of(content["observation_space"])
+        tables, n_actions = tables_of(content["tables"]), content["n_actions"].count(1)
+        check_size(content["policy_network"], config, space, tables.n_states, n_actions)
+        there = config.device if _available(config.device) else "cpu"
+        agent = cls(space, n_actions, tables, dataclasses.replace(config, device=there if device is None else device))
+        state = content["policy_network"].state_of(agent.policy_network)
         for network in (agent.policy_network, agent.q_network, agent.target_network):
-            network.load_state_dict(content["policy_network"])
+            network.load_state_dict(state)
         return agent
+
+
+def check_size(network: Content, config: DQNConfig, space: spaces.Space[Any], n_states: int, n_actions: int) -> None:
+    """Check that an agent has no more weights than the file, before there is one.
+
+    Args:
+        network: the weights in the file.
+        config: hyperparameters in the file.
+        space: of a single observation.
+        n_states: number of table states.
+        n_actions: number of actions.
+
+    Raises:
+        FileFormatError: it has.
+    """
+    held, mode = numbers_in(network), config.observation_input
+    network.check(n_features(space, mode) <= held, "has fewer weights than the observations have features")
+    encoder = ObservationEncoder(space, mode)
+    if _is_tabular(config, encoder, n_states, n_actions):
+        return  # a table is small, or there is none
+    widths = layer_widths(config, encoder.n_features, n_states, n_actions)
+    needed = sum(n_in * n_out for n_in, n_out in itertools.pairwise(widths))
+    network.check(needed <= held, f"has {held} weights; the hyperparameters and spaces ask for {needed}")
+
+
+def _is_tabular(config: DQNConfig, encoder: ObservationEncoder, n_states: int, n_actions: int) -> bool:
+    size = encoder.n_observations * n_states * n_actions
+    numbered = config.observation_input == "one-hot" and 0 < size <= LARGEST
+    return config.hidden is None and config.counterfactual and numbered
 
 
 def plain_tables(gamma: float) -> RewardTables:
@@ -323,7 +358,7 @@ def plain_tables(gamma: float) -> RewardTables:
 
 def _available(device: str) -> bool:
     try:
-        torch.zeros(1, device=device)
+        torch.zeros(1, device=device).item()  # a device like `meta` has no numbers
     except (RuntimeError, AssertionError):
         return False
     return True

@@ -13,6 +13,7 @@ from ltlc.atomic import atomic_write
 from ltlc.errors import FileFormatError
 
 from .collect import Episode
+from .contents import Content
 
 METRICS_FILE = "metrics.csv"
 
@@ -113,6 +114,21 @@ class Metrics:
             "losses": list(self._losses),
             "episodes": [[e.reward, e.length, e.violations, e.acceptances] for e in self._episodes],
         }
+
+    @staticmethod
+    def check_state(content: Content) -> None:
+        """Check what `state_dict` gave, read from a file.
+
+        Raises:
+            FileFormatError: it is something else.
+        """
+        for loss in content["losses"].entries():
+            loss.number()
+        for episode in content["episodes"].entries():
+            reward, *counts = episode.entries(len(fields(Episode)))
+            reward.number()
+            for count in counts:
+                count.count()
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go back to what `state_dict` gave."""

@@ -42,9 +42,7 @@ class QNetwork(nn.Module):
     ) -> None:
         super().__init__()
         self.n_states, self.n_actions, self.state_input = n_states, n_actions, config.state_input
-        state_features = {"heads": 0, "one-hot": n_states, "raw": 1}[config.state_input]
-        n_outputs = n_actions * (n_states if config.state_input == "heads" else 1)
-        widths = [n_features + state_features, *(HIDDEN if config.hidden is None else config.hidden)]
+        *widths, n_outputs = layer_widths(config, n_features, n_states, n_actions)
         weights = sum(n_in * n_out for n_in, n_out in itertools.pairwise([*widths, n_outputs]))
         what = f"a network with layers of {', '.join(map(str, widths[1:]))} units"
         check_memory(
@@ -82,6 +80,13 @@ class QNetwork(nn.Module):
         if self.state_input == "raw":
             return torch.cat([features, states[:, None].to(features.dtype)], dim=1)
         return torch.cat([features, nn.functional.one_hot(states, self.n_states).to(features.dtype)], dim=1)
+
+
+def layer_widths(config: DQNConfig, n_features: int, n_states: int, n_actions: int) -> list[int]:
+    """Units of each layer of a network, from its inputs to its outputs."""
+    state_features = {"heads": 0, "one-hot": n_states, "raw": 1}[config.state_input]
+    n_outputs = n_actions * (n_states if config.state_input == "heads" else 1)
+    return [n_features + state_features, *(HIDDEN if config.hidden is None else config.hidden), n_outputs]
 
 
 def _linear(n_in: int, n_out: int) -> nn.Module:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from torch import Tensor
 from ltlc.errors import InvalidArgumentError
 
 from .config import DQNConfig
+from .contents import Content
 from .encoder import ObservationEncoder
 from .memory import check_memory, size_text
 
@@ -139,6 +141,24 @@ class ReplayBuffer:
         """The rows in use, and `added`."""
         filled = {name: column[: len(self)] for name, column in self.columns.items()}
         return filled | {"added": torch.tensor(self.added)}
+
+    def check_state(self, content: Content, limits: Mapping[str, int]) -> None:
+        """Check what `state_dict` gave, read from a file.
+
+        Args:
+            content: of the file.
+            limits: what the numbers of a column are below, for columns that number something.
+
+        Raises:
+            FileFormatError: the rows are of another kind, or more than fit.
+        """
+        content.check(content.members().keys() == {*self.columns, "added"}, "is of another kind of experience")
+        rows = min(int(content["added"].indices(torch.int64, (), 2**62)), self.capacity)
+        for name, column in self.columns.items():
+            shape = (rows, *column.shape[1:])
+            content[name].tensor(column.dtype, shape)
+            if name in limits:
+                content[name].indices(column.dtype, shape, limits[name])
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Go back to what `state_dict` gave.

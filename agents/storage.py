@@ -6,6 +6,7 @@ import hashlib
 import io
 import os
 import sys
+import zipfile
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from gymnasium import spaces
 from ltlc.atomic import atomic_write
 from ltlc.errors import FileFormatError
 from ltlc.rewards import RewardTables
+
+from .contents import Content, check_plain
 
 _MAGIC = "ltlc"
 _VERSION = 1
@@ -61,11 +64,12 @@ def run_of(path: str | os.PathLike[str]) -> str:
     return "".join(words[4:])
 
 
-def read_file(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
-    """Read what `write_file` wrote; tensors come to the CPU.
+def read_file(path: str | os.PathLike[str], kind: str) -> Content:
+    """Read what `write_file` wrote; tensors come to the CPU, and nothing in the file is executed.
 
     Raises:
-        FileFormatError: the file is damaged, of another kind, or of a later version.
+        FileFormatError: the file is damaged, of another kind or of a later version, or holds something else than plain
+            values and tensors.
         OSError: the file is missing or not readable.
     """
     head, _, payload = Path(path).read_bytes().partition(b"\n")
@@ -79,8 +83,17 @@ def read_file(path: str | os.PathLike[str], kind: str) -> dict[str, Any]:
             f"{os.fspath(path)}: the {kind} is damaged (its checksum does not fit, {len(payload)} bytes); "
             "restore it from a backup, or start again"
         )
-    content: dict[str, Any] = torch.load(io.BytesIO(payload), map_location="cpu", weights_only=True)
-    return content
+    try:
+        with zipfile.ZipFile(io.BytesIO(payload)) as archive:
+            if sum(part.file_size for part in archive.infolist()) > len(payload):
+                raise FileFormatError("it unpacks to more than it is")
+        content = torch.load(io.BytesIO(payload), map_location="cpu", weights_only=True)
+    except MemoryError:
+        raise
+    except Exception as error:  # PyTorch promises none in particular; nothing was executed
+        reason = str(error).partition("\n")[0][:200]
+        raise FileFormatError(f"{os.fspath(path)}: the {kind} was not written by ltlc: {reason}") from None
+    return check_plain(content, os.fspath(path), len(payload))
 
 
 def _canonical(value: Any) -> Any:
@@ -104,18 +117,12 @@ def _checksum(payload: bytes | memoryview, run: str) -> str:
 
 
 def tables_to_tensors(tables: RewardTables) -> dict[str, Any]:
-    """Reward tables as values that `write_file` takes."""
+    """Reward tables as values that `write_file` takes; `contents.tables_of` is the inverse."""
     values = {field.name: getattr(tables, field.name) for field in fields(tables)}
     return {
         name: torch.from_numpy(value.copy()) if isinstance(value, np.ndarray) else value
         for name, value in values.items()
     }
-
-
-def tables_of_tensors(values: dict[str, Any]) -> RewardTables:
-    """The inverse of `tables_to_tensors`."""
-    arrays = {name: value.numpy() if isinstance(value, torch.Tensor) else value for name, value in values.items()}
-    return RewardTables(**arrays | {"aps": tuple(values["aps"])})
 
 
 def same_tables(one: RewardTables, other: RewardTables) -> bool:
@@ -124,7 +131,7 @@ def same_tables(one: RewardTables, other: RewardTables) -> bool:
 
 
 def plain_space(space: spaces.Space[Any]) -> dict[str, Any]:
-    """A space the agent can take, as values that `write_file` takes."""
+    """A space the agent can take, as values that `write_file` takes; `contents.space_of` is the inverse."""
     match space:
         case spaces.Discrete():
             return {"kind": "Discrete", "n": int(space.n), "start": int(space.start)}
@@ -140,25 +147,3 @@ def plain_space(space: spaces.Space[Any]) -> dict[str, Any]:
         case spaces.Tuple():
             return {"kind": "Tuple", "parts": [plain_space(part) for part in space.spaces]}
     raise TypeError(space)  # the encoder has refused it
-
-
-def space_of_plain(plain: dict[str, Any]) -> spaces.Space[Any]:
-    """The inverse of `plain_space`.
-
-    Raises:
-        FileFormatError: there is no such kind of space.
-    """
-    match plain["kind"]:
-        case "Discrete":
-            return spaces.Discrete(plain["n"], start=plain["start"])
-        case "MultiDiscrete":
-            return spaces.MultiDiscrete(plain["nvec"], start=plain["start"])
-        case "MultiBinary":
-            return spaces.MultiBinary(plain["n"])
-        case "Box":
-            return spaces.Box(plain["low"].numpy(), plain["high"].numpy(), dtype=np.dtype(plain["dtype"]).type)
-        case "Dict":
-            return spaces.Dict({key: space_of_plain(part) for key, part in plain["parts"].items()})
-        case "Tuple":
-            return spaces.Tuple([space_of_plain(part) for part in plain["parts"]])
-    raise FileFormatError(f"observation space of the unknown kind {plain['kind']!r}")

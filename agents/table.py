@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
+from .contents import Content
 from .encoder import ObservationEncoder
 from .replay import Steps
 
@@ -136,6 +137,22 @@ class Tally:
         arrays = {"key": self._key, "count": self._count, "paid": self._paid}
         numbers = {"added": torch.tensor(self.added), "fitted": torch.tensor(self.fitted)}
         return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()} | numbers
+
+    def check_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file.
+
+        Raises:
+            FileFormatError: the counts are of something else.
+        """
+        names = {"key", "count", "paid", "added", "fitted"}
+        content.check(content.members().keys() == names, "is of another kind of experience")
+        key, count = content["key"].indices(torch.int64, None, math.prod(self.shape)), content["count"]
+        content["key"].check(key.ndim == 1 and bool((key.diff() > 0).all()), "is not a list in ascending order")
+        for part in (count, content["paid"]):
+            part.tensor(torch.float64, tuple(key.shape))
+        count.check(bool((count.value >= 1).all()), "has a number below 1")
+        for name in ("added", "fitted"):
+            content[name].indices(torch.int64, (), 2**62)
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Go back to what `state_dict` gave.

@@ -22,12 +22,13 @@ from ltlc.errors import InvalidArgumentError
 
 from .collect import Collector, Interface
 from .config import DQNConfig
-from .dqn import DoubleDQN
+from .contents import Content, config_of, tables_of
+from .dqn import DoubleDQN, check_size
 from .folder_lock import locked_folder
 from .metrics import Metrics, Row
 from .replay import ReplayBuffer, ReplaySize
 from .shortcomings import EARLY, shortcomings
-from .storage import read_file, run_of, same_tables, tables_of_tensors, tables_to_tensors, write_file
+from .storage import read_file, run_of, same_tables, tables_to_tensors, write_file
 from .table import GROWTH, Tally
 
 CHECKPOINT_FILE = "checkpoint.ltlc"
@@ -176,10 +177,14 @@ class _Run:
         config: DQNConfig,
         folder: Path | None,
         run_id: str,
-        saved: dict[str, Any] | None,
+        saved: Content | None,
     ) -> None:
         interface = Interface.of(env)
         self.config, self.folder, self.id = config, folder, run_id
+        if saved is not None:
+            n_states = 1 if interface.tables is None else interface.tables.n_states
+            weights = saved["agent"]["policy_network"]
+            check_size(weights, config, interface.space, n_states, interface.n_actions)
         self.agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
         encoder = self.agent.encoder
         self.buffer: ReplayBuffer | Tally
@@ -196,11 +201,12 @@ class _Run:
         self._seconds, self._since = 0.0, time.perf_counter()
         if saved is not None:
             self._check_same_task(saved)
-        self.metrics = Metrics(folder, 0 if saved is None else int(saved["steps"]))
+            self._restore(saved)
+        self.metrics = Metrics(folder, self.steps)
         if saved is None:
             self._write()
         else:
-            self._restore(saved)
+            self.metrics.load_state_dict(saved["metrics"].value)
         self.saved_steps = self.steps
         self._reset()
 
@@ -296,29 +302,42 @@ class _Run:
         self._leg_end = (self.steps // every + 1) * every
         self.collector.reset(_seed(self.config, self.leg + 1))
 
-    def _restore(self, saved: dict[str, Any]) -> None:
-        self.steps, self.rounds, self.leg = saved["steps"], saved["rounds"], saved["leg"]
-        self._seconds = saved["seconds"]
-        self.collector.episodes, self.collector.accepting_steps, self.collector.letters = saved["seen"]
-        self.generator.set_state(saved["generator"])
-        self.agent.load_state_dict(saved["agent"])
-        self.buffer.load_state_dict(saved["buffer"])
-        self.metrics.load_state_dict(saved["metrics"])
+    def _restore(self, saved: Content) -> None:
+        """Go back to where a checkpoint was written; all of it is checked before any file is touched."""
+        self.agent.check_state(saved["agent"])
+        Metrics.check_state(saved["metrics"])
+        if isinstance(self.buffer, Tally):
+            self.buffer.check_state(saved["buffer"])
+        else:
+            tables = self.agent.tables
+            limits = {"state": tables.n_states, "action": self.agent.n_actions, "letter_class": tables.n_classes}
+            self.buffer.check_state(saved["buffer"], limits)
+        self.steps, self.rounds, self.leg = (saved[name].count() for name in ("steps", "rounds", "leg"))
+        self._seconds = saved["seconds"].number(0.0)
+        seen = (number.count() for number in saved["seen"].entries(3))
+        self.collector.episodes, self.collector.accepting_steps, self.collector.letters = seen
+        try:
+            self.generator.set_state(saved["generator"].tensor(torch.uint8))
+        except RuntimeError as error:
+            saved["generator"].fail(f"is no state of a random generator ({error})")
+        self.agent.load_state_dict(saved["agent"].value)
+        self.buffer.load_state_dict(saved["buffer"].value)
 
-    def _check_same_task(self, saved: dict[str, Any]) -> None:
-        if not same_tables(tables_of_tensors(saved["tables"]), self.agent.tables):
+    def _check_same_task(self, saved: Content) -> None:
+        if not same_tables(tables_of(saved["tables"]), self.agent.tables):
             raise InvalidArgumentError(
                 "the checkpoint is of a task with other reward tables; resume with the same task"
             )
         here = (repr(self.agent.encoder.space), len(self.collector.packed))
-        if here != (saved["space"], saved["num_envs"]):
+        space, num_envs = saved["space"].text(), saved["num_envs"].count(1)
+        if here != (space, num_envs):
             raise InvalidArgumentError(
-                f"the checkpoint is of {saved['num_envs']} environments that show {saved['space']}, "
+                f"the checkpoint is of {num_envs} environments that show {space}, "
                 f"this is {here[1]} that show {here[0]}; resume with the same environment"
             )
 
 
-def _find_checkpoint(folder: Path | None, resume: bool) -> dict[str, Any] | None:
+def _find_checkpoint(folder: Path | None, resume: bool) -> Content | None:
     """The content of the checkpoint to resume from, or None to start afresh."""
     path = None if folder is None else folder / CHECKPOINT_FILE
     exists = path is not None and path.exists()
@@ -329,11 +348,11 @@ def _find_checkpoint(folder: Path | None, resume: bool) -> dict[str, Any] | None
     return read_file(path, _FILE_KIND) if resume and path is not None else None
 
 
-def _agreed_config(config: DQNConfig | None, saved: dict[str, Any] | None) -> DQNConfig:
+def _agreed_config(config: DQNConfig | None, saved: Content | None) -> DQNConfig:
     """The configuration of the run; a resumed one goes on with its own."""
     if saved is None:
         return config or DQNConfig()
-    before = DQNConfig.from_dict(saved["config"])
+    before = config_of(saved["config"])
     if config is None:
         return before
     names = [field.name for field in dataclasses.fields(DQNConfig) if field.name not in _FREE_TO_CHANGE]

@@ -11,15 +11,18 @@ import numpy.typing as npt
 import torch
 from gymnasium import spaces
 
-from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
+from ..contents import n_features, space_of, tables_of
 from ..encoder import ObservationEncoder
-from ..storage import plain_space, read_file, space_of_plain, tables_of_tensors, tables_to_tensors, write_file
+from ..storage import plain_space, read_file, tables_to_tensors, write_file
 
 IntArray = npt.NDArray[np.int64]
 
 _FILE_KIND = "table"
+_ROUNDING = 1e-6
+"""by which the probabilities in a file may miss 1."""
 
 
 class TablePolicy:
@@ -78,12 +81,21 @@ class TablePolicy:
         """The policy that was saved; nothing in the file is executed.
 
         Raises:
-            FileFormatError: the file is damaged, or of another kind.
+            FileFormatError: the file is damaged, of another kind, or a value in it is wrong.
             OSError: the file is missing or not readable.
         """
         content = read_file(path, _FILE_KIND)
-        space, tables = space_of_plain(content["observation_space"]), tables_of_tensors(content["tables"])
-        try:
-            return cls(space, content["n_actions"], tables, content["table"].numpy())
-        except InvalidArgumentError as error:
-            raise FileFormatError(f"{os.fspath(path)}: {error}") from error
+        space, tables = space_of(content["observation_space"]), tables_of(content["tables"])
+        n_actions, table = content["n_actions"].count(1), content["table"]
+        entries = table.value
+        table.check(isinstance(entries, torch.Tensor), "is not a tensor")
+        table.check(n_features(space, "one-hot") <= entries.numel(), "has fewer entries than there are observations")
+        pairs = (ObservationEncoder(space).n_observations, tables.n_states)
+        table.check(pairs[0] > 0, "is for observations that are not numbered")
+        if entries.is_floating_point():
+            chances = table.tensor(torch.float64, (*pairs, n_actions))
+            proper = (chances >= 0).all() and ((chances.sum(dim=-1) - 1).abs() <= _ROUNDING).all()
+            table.check(bool(proper), "has rows that are no probabilities")
+        else:
+            table.indices(entries.dtype, pairs, n_actions)
+        return cls(space, n_actions, tables, entries.numpy())
