@@ -135,6 +135,9 @@ class DQNConfig:
             if not isinstance(self.hidden, list | tuple):
                 raise InvalidArgumentError(f"hidden is {self.hidden!r}; it must be a list of whole numbers, or null")
             object.__setattr__(self, "hidden", tuple(self.hidden))
+        for field in _FLAGS:
+            if not isinstance(getattr(self, field), bool):
+                raise InvalidArgumentError(f"{field} is {getattr(self, field)!r}; it must be true or false")
         for field, choices in _CHOICES.items():
             if getattr(self, field) not in choices:
                 raise UnknownNameError(f"value of {field}", str(getattr(self, field)), choices)
@@ -207,6 +210,7 @@ class DQNConfig:
 
 
 _MAX_THREADS = 1024
+_FLAGS = ("batch_norm", "double", "counterfactual")
 _CHOICES: dict[str, tuple[str, ...]] = {
     "observation_input": get_args(ObservationInput),
     "state_input": get_args(StateInput),

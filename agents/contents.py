@@ -313,8 +313,8 @@ def check_optimizer(content: Content, optimizer: torch.optim.Optimizer) -> None:
     (own,) = optimizer.state_dict()["param_groups"]
     (group,) = content["param_groups"].entries(1)
     for name in own:
-        same = name == "lr" or group[name].value == own[name] or list(own[name]) == group[name].value
-        group[name].check(same, f"is {_shown(group[name].value)}, not {own[name]}")
+        found = group[name].value
+        group[name].check(name == "lr" or repr(found) == repr(own[name]), f"is {_shown(found)}, not {own[name]}")
     group["lr"].number(0.0)
     names = {"step", "exp_avg", "exp_avg_sq"} if isinstance(optimizer, torch.optim.Adam) else {"momentum_buffer"}
     state = content["state"]

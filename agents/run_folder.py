@@ -115,14 +115,20 @@ class RunConfig:
         """
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        kinds = {"reward": str, "parameters": dict, "on_deadlock": str | None, "on_termination": str, "num_envs": int,
-                 "agent": str}  # fmt: skip
-        fields = {key: values[key] for key in kinds}
-        for key, kind in kinds.items():
-            if not isinstance(fields[key], kind):
-                raise FileFormatError(f"{key} is {fields[key]!r}")
-        config = systems.hyperparameters(values["agent"], values["hyperparameters"])
-        return cls(setting=Setting(**values["setting"]), hyperparameters=config, **fields)
+        fields = _of_kinds(values, {"reward": str, "parameters": dict, "on_deadlock": str | None,
+                                    "on_termination": str, "num_envs": int, "agent": str, "setting": dict, "hyperparameters": dict})  # fmt: skip
+        config = systems.hyperparameters(fields["agent"], fields["hyperparameters"])
+        _of_kinds(fields["setting"], {"env": str, "arguments": dict, "labels": str | None,
+                                      "max_episode_steps": int | None, "initial_label": str})  # fmt: skip
+        return cls(**fields | {"setting": Setting(**fields["setting"]), "hyperparameters": config})
+
+
+def _of_kinds(values: Mapping[str, Any], kinds: Mapping[str, Any]) -> dict[str, Any]:
+    """The values with these names, each of which must be of its kind."""
+    for key, kind in kinds.items():
+        if not isinstance(values[key], kind) or (isinstance(values[key], bool) and kind is not bool):
+            raise FileFormatError(f"{key} is {values[key]!r}")
+    return {key: values[key] for key in kinds}
 
 
 class RunFolder:
@@ -193,14 +199,17 @@ class RunFolder:
         try:
             values = json.loads(file.read_text(encoding="utf-8"))
             config = RunConfig.from_dict(values)
-        except (LtlcError, ValueError, KeyError, TypeError) as error:
+        except (LtlcError, ValueError, KeyError, TypeError, RecursionError) as error:
             detail = f"{error} is missing" if isinstance(error, KeyError) else error
             raise FileFormatError(f"{file} is not the configuration of a run: {detail}") from error
         try:
             automaton = formats.read(folder / AUTOMATON_FILE)
         except FileNotFoundError as error:
             raise FileFormatError(f"{folder / AUTOMATON_FILE} is missing; the run cannot be used without it") from error
-        run = cls(folder, config, automaton)
+        try:
+            run = cls(folder, config, automaton)
+        except InvalidArgumentError as error:
+            raise FileFormatError(f"{file} is not the configuration of a run: {error}") from error
         run.id = _digest(values, automaton)
         run._check_parts(values)
         return run
