@@ -116,7 +116,8 @@ class RunConfig:
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
         fields = _of_kinds(values, {"reward": str, "parameters": dict, "on_deadlock": str | None,
-                                    "on_termination": str, "num_envs": int, "agent": str, "setting": dict, "hyperparameters": dict})  # fmt: skip
+                                    "on_termination": str, "num_envs": int, "agent": str, "setting": dict,
+                                    "hyperparameters": dict})  # fmt: skip
         config = systems.hyperparameters(fields["agent"], fields["hyperparameters"])
         _of_kinds(fields["setting"], {"env": str, "arguments": dict, "labels": str | None,
                                       "max_episode_steps": int | None, "initial_label": str})  # fmt: skip

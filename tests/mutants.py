@@ -26,7 +26,8 @@ from ltlc.envs import VectorGridWorld
 from ltlc.envs.setting import Setting
 from ltlc.errors import LtlcError
 from ltlc.formats import from_hoa, from_json, to_hoa, to_json
-from ltlc.mdp import LabelledMDP, read_explicit, read_state_rewards, write_explicit
+from ltlc.mdp import LabelledMDP
+from ltlc.prism import read_explicit, read_state_rewards, write_explicit
 
 WORDS = re.findall(
     r"\S+",
