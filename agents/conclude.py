@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,8 @@ def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 
         judge = None  # a wrapper shows something else than the state
     env = run.vector_env()
     try:
-        return report(agent, judge, env, episodes=episodes, seed=seed)
+        found = report(agent, judge, env, episodes=episodes, seed=seed)
+        return found if judge is None else replace(found, shortfall=run.shortfall)
     finally:
         env.close()
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.mdp.verdict import figure_text
+
 from .canvas import INK, LINES, blank, quiet_axes, saved
 
 if TYPE_CHECKING:
@@ -98,7 +100,7 @@ def _curve(axes: Axes, curve: Curve, colour: str, window: int, *, alone: bool) -
         _, best, _ = moving_percentiles(np.atleast_2d(curve.learned), 1)
         axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}learned so far, exact")
     if curve.optimum is not None and np.isfinite(curve.optimum):
-        text = f"{prefix}exact optimum {curve.optimum:.5g}"
+        text = f"{prefix}exact optimum {figure_text(curve.optimum, digits=5)}"
         axes.axhline(curve.optimum, color=colour, linewidth=1.1, linestyle=(0, (5, 3)), label=text)
 
 

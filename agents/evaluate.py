@@ -13,6 +13,7 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP, RewardProduct, expected_return, optimal_return
 from ltlc.mdp.estimate import Estimate, mean, probability, ratio
 from ltlc.mdp.measures import from_start
+from ltlc.mdp.verdict import figure_text
 from ltlc.rewards import RewardTables
 
 from .collect import Collector, Episode, Interface
@@ -55,7 +56,7 @@ class Regret:
         return (self.optimum - self.value) / (abs(self.optimum) or 1.0)
 
     def __str__(self) -> str:
-        return f"return {self.value:.4g}, optimum {self.optimum:.4g}, regret {self.relative:.2%}"
+        return f"return {figure_text(self.value)}, optimum {figure_text(self.optimum)}, regret {self.relative:.2%}"
 
 
 class ExactJudge:

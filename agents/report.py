@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
+from ltlc.faithful import Shortfall
 from ltlc.mdp import LabelledMDP
 from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.verdict import Judge, Line, PolicyVerdict, exact_lines, plain, verdict_values
@@ -26,6 +27,8 @@ class Report:
     """exact figures of the policy; None where they were sampled."""
     judge: Judge | None
     rollouts: Rollouts | None
+    shortfall: Shortfall | None = None
+    """what the optimum of the rewards misses of the maximum satisfaction probability, where that is known."""
 
     @property
     def exact(self) -> bool:
@@ -54,6 +57,7 @@ class Report:
             values["learned"] = verdict_values(self.verdict)
             values["optimal"] = None if self.judge.optimum is None else verdict_values(self.judge.optimum)
             values["maximum_satisfaction"] = [maximum.lower, maximum.probability, maximum.upper]
+            values["shortfall"] = None if self.shortfall is None else self.shortfall.to_dict()
             values["regret"] = plain(self.regret)
         if self.rollouts is not None:
             values["learned"] = {

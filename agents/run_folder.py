@@ -31,6 +31,7 @@ from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
+from ltlc.faithful import Shortfall, shortfall
 from ltlc.mdp.verdict import Judge
 from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
 from ltlc.task import Task
@@ -43,6 +44,7 @@ from .metrics import METRICS_FILE
 from .replay import ReplaySize
 from .storage import run_of
 from .systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
+from .tabular.registry import LEARNERS
 from .training import CHECKPOINT_FILE, POLICY_FILE
 
 CONFIG_FILE = "config.json"
@@ -287,6 +289,15 @@ class RunFolder:
         if place.model is None:
             return None
         return Judge(place.model, self.automaton, self.task.tables, initial_label=place.initial_label)
+
+    @cached_property
+    def shortfall(self) -> Shortfall | None:
+        """What the optimum of the rewards misses of the maximum satisfaction probability.
+
+        None: nothing much, or the dynamics are not known, or the agent learns without the rewards.
+        """
+        goes_by_rewards = self.config.agent == DOUBLE_DQN or LEARNERS[self.config.agent].uses_rewards
+        return shortfall(self.judge, self.task) if goes_by_rewards and self.judge is not None else None
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""

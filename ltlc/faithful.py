@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,22 @@ from typing import Any
 from ltlc.atomic import atomic_write
 from ltlc.automata import RabinAutomaton
 from ltlc.compiler import compile
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, StateLimitExceeded
 from ltlc.ltl import Formula
 from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
 from ltlc.mdp.product_exploration import InitialLabel
-from ltlc.mdp.verdict import Judge
-from ltlc.rewards import OnDeadlock, OnTermination, RewardScheme, get_scheme
+from ltlc.mdp.verdict import TOLERANCE, Judge, figure_text
+from ltlc.rewards import RECOMMENDED, SCHEMES, OnDeadlock, OnTermination, RewardScheme, arguments_of, get_scheme
+from ltlc.task import Task
 
 FAITHFUL_GAP = 1e-5
 """a policy that misses Pmax by no more counts as one that attains it: solvers and limits leave that much open."""
+
+
+SEARCHED_UP_TO = 10_000
+"""product states; in larger ones, no other rewards are tried for a task whose rewards fall short."""
+STEPS_TO_LIMIT = 3
+"""towards the limit of a scheme; further on, values are too near to each other to learn by."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +54,17 @@ class Candidate:
             UnknownNameError: there is no such scheme.
             InvalidArgumentError: it has no such parameter, or the value is out of range.
         """
-        shown = [f"{key}={value}" for key, value in parameters.items()]
-        shown += [] if on_deadlock is None else [f"deadlock={on_deadlock}"]
-        shown += [] if on_termination == "repeat" else [f"termination={on_termination}"]
-        return cls(" ".join([scheme, *shown]), get_scheme(scheme, **parameters), on_deadlock, on_termination)
+        found = get_scheme(scheme, **parameters)
+        return cls(_title(scheme, parameters, on_deadlock, on_termination), found, on_deadlock, on_termination)
+
+
+def _title(
+    scheme: str, parameters: Mapping[str, Any], on_deadlock: OnDeadlock | None, on_termination: OnTermination
+) -> str:
+    shown = [f"{key}={value}" for key, value in parameters.items()]
+    shown += [] if on_deadlock is None else [f"deadlock={on_deadlock}"]
+    shown += [] if on_termination == "repeat" else [f"termination={on_termination}"]
+    return " ".join([scheme, *shown])
 
 
 @dataclass(frozen=True)
@@ -174,6 +188,103 @@ def _row(
     )
 
 
+@dataclass(frozen=True)
+class Shortfall:
+    """What a policy that is optimal for the rewards of a task misses, and rewards whose optimum does not."""
+
+    maximum: float
+    """the maximum satisfaction probability, Pmax."""
+    satisfaction: float | None
+    """probability that the policy that is optimal for the rewards satisfies the formula; None: there is no such policy,
+    since the rewards can be collected for ever without a discount."""
+    better: Candidate | None
+    """rewards whose optimum comes within `TOLERANCE` of the maximum; None: none were found."""
+    better_satisfaction: float | None
+    """probability that a policy that is optimal for these satisfies the formula."""
+    searched: bool
+    """whether other rewards were tried; they are not where the product has more than `SEARCHED_UP_TO` states."""
+
+    @property
+    def text(self) -> str:
+        """What falls short and what does not, for a person."""
+        best = figure_text(self.maximum, digits=6)
+        if self.satisfaction is None:
+            missed = f"the rewards have no optimal policy, and the formula can be satisfied with probability {best}"
+        else:
+            missed = (
+                "a policy that is optimal for the rewards satisfies the formula with probability "
+                f"{figure_text(self.satisfaction, digits=6)} where {best} is possible"
+            )
+        if self.better is None:
+            tried = "no rewards that were tried reach it" if self.searched else "the model is too large to try others"
+            return f"{missed}; {tried}"
+        reached = "" if self.better_satisfaction is None else figure_text(self.better_satisfaction, digits=6)
+        return f"{missed}; the optimum of the rewards {self.better.name} satisfies it with probability {reached}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields as JSON values."""
+        reached = None
+        if self.better is not None:
+            name, parameters = arguments_of(self.better.scheme)
+            reached = {
+                "reward": name,
+                "parameters": parameters,
+                "on_deadlock": self.better.on_deadlock,
+                "on_termination": self.better.on_termination,
+                "satisfaction": self.better_satisfaction,
+            }
+        return {
+            "maximum_satisfaction": self.maximum,
+            "satisfaction": self.satisfaction,
+            "reached_by": reached,
+            "searched": self.searched,
+        }
+
+
+def shortfall(judge: Judge, task: Task) -> Shortfall | None:
+    """What the optimum of the rewards of a task misses of the maximum satisfaction probability; None: nothing much.
+
+    Where it falls short, other rewards are tried in turn, and the optimum of each is judged exactly: the same scheme
+    nearer to its limit, then the recommended one at its defaults and nearer to its limit, then all others with a limit.
+
+    Args:
+        judge: of the task.
+        task: the task.
+    """
+    if not judge.falls_short:
+        return None
+    maximum = judge.maximum
+    satisfaction = None if judge.optimum is None else judge.optimum.satisfaction
+    if judge.rewards.n_states > SEARCHED_UP_TO:
+        return Shortfall(maximum.probability, satisfaction, None, None, searched=False)
+    for candidate in _nearer(task):
+        try:
+            tables = candidate.scheme.compile(task.automaton, candidate.on_deadlock, candidate.on_termination)
+        except (InvalidArgumentError, StateLimitExceeded):  # the scheme does not apply, or only to a huge automaton
+            continue
+        tried = Judge(judge.rewards.mdp, task.automaton, tables, initial_label=judge.initial_label)
+        if tried.optimal_policy is not None:
+            reached = tried.policy_satisfaction(tried.optimal_policy)
+            if reached.lower >= maximum.probability - min(TOLERANCE, maximum.lower / 2):
+                return Shortfall(maximum.probability, satisfaction, candidate, reached.probability, searched=True)
+    return Shortfall(maximum.probability, satisfaction, None, None, searched=True)
+
+
+def _nearer(task: Task) -> Iterator[Candidate]:
+    """Rewards to try instead of those of a task, each once."""
+    steps = range(STEPS_TO_LIMIT + 1)
+    named = [get_scheme(RECOMMENDED), *(SCHEMES[name]() for name in SCHEMES)]
+    schemes = [scheme.towards_limit(k) for scheme in (task.scheme, *named) for k in steps]
+    given = (task.on_deadlock, task.on_termination)
+    for modes in dict.fromkeys((given, _DEFAULT_MODES)):
+        for scheme in dict.fromkeys(schemes):
+            if scheme is not None and (scheme, modes) != (task.scheme, given):
+                yield Candidate(_title(*arguments_of(scheme), *modes), scheme, *modes)
+
+
+_DEFAULT_MODES: tuple[OnDeadlock | None, OnTermination] = (None, "repeat")
+
+
 def draw(path: str | os.PathLike[str], report: FaithfulnessReport, *, subtitle: str = "") -> None:
     """Draw a report as bars, one per scheme, with the maximum as a line.
 
@@ -207,7 +318,8 @@ def draw(path: str | os.PathLike[str], report: FaithfulnessReport, *, subtitle: 
             size=8,
         )
     axes.axvline(report.maximum, color="black", linewidth=1, linestyle=(0, (4, 3)))
-    axes.text(report.maximum, len(rows) - 0.35, f"possible: {report.maximum:.4g}", ha="center", va="bottom", size=8)
+    possible = f"possible: {figure_text(report.maximum, (report.lower, report.upper))}"
+    axes.text(report.maximum, len(rows) - 0.35, possible, ha="center", va="bottom", size=8)
     axes.set_yticks(range(len(rows)), [row.name for row in rows])
     axes.set_xlim(0, 1.15)
     axes.set_xticks([0, 0.2, 0.4, 0.6, 0.8, 1])

@@ -21,6 +21,8 @@ class Task:
     Attributes:
         automaton: the deterministic Rabin automaton.
         scheme: the reward scheme.
+        on_deadlock: see below; None: what the scheme says.
+        on_termination: see below.
         tables: the scheme compiled for the automaton; all that stepping needs. Their states may refine those of the
             automaton, and they may leave the choice of a Rabin pair to the policy; see `RewardTables`.
         formula: text of the formula, or None for an automaton of unknown origin.
@@ -72,6 +74,7 @@ class Task:
             raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")
         check_type(reward, (str, RewardScheme), "reward", "the name of a scheme, or a scheme")
         self.automaton = automaton if hold is None else with_hold(automaton, hold)
+        self.on_deadlock, self.on_termination = on_deadlock, on_termination
         self.scheme = get_scheme(reward, shaping=shaping) if isinstance(reward, str) else reward
         if not self.scheme.has_guarantee:
             warnings.warn(RewardWarning(_no_guarantee(self.scheme)), stacklevel=2)
@@ -102,11 +105,10 @@ class Task:
 
 
 def _no_guarantee(scheme: RewardScheme) -> str:
-    promise = scheme.guarantee[0].lower() + scheme.guarantee[1:]
+    known = scheme.guarantee.removeprefix("None: ")
     return (
-        f"what is optimal for the rewards {scheme.name!r} need not satisfy the formula as probably as possible "
-        f"(guarantee: {promise.rstrip('.')}); rewards that teach the formula, in a limit of their parameters: "
-        f"{RECOMMENDED!r}, the default"
+        f"the rewards {scheme.name!r} do not guarantee that an optimal policy satisfies the formula as probably as "
+        f"possible. {known[0].upper()}{known[1:]} The default, {RECOMMENDED!r}, guarantees it in a limit."
     )
 
 

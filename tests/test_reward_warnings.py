@@ -116,7 +116,7 @@ class TestCommands:
         assert run(arguments) == 0
         captured = capsys.readouterr()
         json.loads(captured.out)
-        lines = [line for line in captured.err.splitlines() if "'accept' need not" in line]
+        lines = [line for line in captured.err.splitlines() if "'accept' do not guarantee" in line]
         assert len(lines) == 1
         assert lines[0].startswith("ltlc: warning: ")
 

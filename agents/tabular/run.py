@@ -11,7 +11,7 @@ from pathlib import Path
 from ltlc.atomic import atomic_write
 from ltlc.envs import LTLVectorWrapper
 from ltlc.mdp import expected_return
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp.verdict import Judge, figure_text
 
 from ..collect import Interface
 from ..encoder import ObservationEncoder
@@ -47,8 +47,8 @@ class TableRow:
     def text(self) -> str:
         """The row for a person."""
         if self.satisfaction is None or self.discounted_return is None:
-            return self.message or f"own estimate {self.value:.4g}"
-        return f"P(satisfied) {self.satisfaction:.4g}  return {self.discounted_return:.4g}"
+            return self.message or f"own estimate {figure_text(self.value)}"
+        return f"P(satisfied) {figure_text(self.satisfaction)}  return {figure_text(self.discounted_return)}"
 
 
 @dataclass(frozen=True)

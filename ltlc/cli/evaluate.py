@@ -10,7 +10,7 @@ import typer
 
 from ltlc.cli import flags
 from ltlc.cli.train import headings
-from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures
+from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 
@@ -43,6 +43,7 @@ def evaluate(
     conclude, agent = import_module("ltlc.agents.conclude"), folder.load()
     exported = None if prism is None else conclude.export_run(folder, agent, prism)
     verdict = conclude.judge_run(folder, agent, episodes=episodes, seed=seed)
+    warn_of_shortfall(verdict.shortfall, folder.task)
     if json_:
         print(json.dumps(verdict.to_dict() | checks_of(exported), ensure_ascii=False, indent=2))
         return

@@ -90,18 +90,21 @@ def _print(report: FaithfulnessReport, env: str) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    print(f"{report.formula or 'an automaton without a formula'} in {env}: at most {report.maximum:.6g} is possible.")
+    from ltlc.mdp.verdict import figure_text
+
+    most = figure_text(report.maximum, (report.lower, report.upper), digits=6)
+    print(f"{report.formula or 'an automaton without a formula'} in {env}: at most {most} is possible.")
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("optimal for")
     for heading in ("best return", "P(satisfied)", "loses"):
         table.add_column(heading, justify="right")
     for row in report.rows:
-        if row.satisfaction is None or row.gap is None:
-            best = "-" if row.objective is None else f"{row.objective:.6g}"
+        if row.objective is None or row.satisfaction is None or row.gap is None:
+            best = "-" if row.objective is None else figure_text(row.objective, digits=6)
             table.add_row(row.name, best, "-", row.problem, style="dim")
         else:
             loses = "" if row.faithful else f"[bold red]{row.gap:.6f}[/]"
-            table.add_row(row.name, f"{row.objective:.6g}", f"{row.satisfaction:.6f}", loses)
+            table.add_row(row.name, figure_text(row.objective, digits=6), f"{row.satisfaction:.6f}", loses)
     Console(highlight=False).print(table)
 
 

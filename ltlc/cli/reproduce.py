@@ -134,7 +134,9 @@ def _print_outcome(one: Any) -> None:
     table.add_row("  until within 1 %", "", "not reached" if nearly is None else f"{nearly:.1f} s")
     for title, name in _FIGURES.items():
         table.add_row(title, "", number(getattr(verdict, name)), number(getattr(optimum, name)))
-    table.add_row("P(formula satisfied)", "", number(verdict.satisfaction), number(one.judge.maximum.probability))
+    maximum = one.judge.maximum
+    learned = number(verdict.satisfaction, verdict.satisfaction_bounds)
+    table.add_row("P(formula satisfied)", "", learned, number(maximum.probability, (maximum.lower, maximum.upper)))
     Console(highlight=False).print(table)
 
 

@@ -12,11 +12,12 @@ import typer
 from ltlc.cli import flags, setting
 from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
-from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures
+from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.envs.setting import Setting
+    from ltlc.faithful import Shortfall
     from ltlc.mdp.verdict import Judge
     from ltlc.prism import Exported
     from ltlc.task import Task
@@ -63,6 +64,7 @@ def solve(
       ltlc solve "F(A & F B) & G !C" --env ltlc/Thesis10x10-v0 --reward zeta-reach -o policy.png
       ltlc solve "!C U A" --env ltlc/Thesis10x10-v0 --prism check
     """
+    from ltlc.faithful import shortfall
     from ltlc.mdp.verdict import Judge, exact_lines
     from ltlc.rewards import RECOMMENDED, get_scheme
     from ltlc.task import Task
@@ -80,11 +82,13 @@ def solve(
         )
     tell(task.automaton, place)
     judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
+    found = shortfall(judge, task)
+    warn_of_shortfall(found, task)
     if output is not None:
         _draw(Path(output), place, task, judge, reward)
     exported = None if prism is None else _export(prism, place, task)
     if json_:
-        print(json.dumps(_values(judge) | checks_of(exported), ensure_ascii=False, indent=2))
+        print(json.dumps(_values(judge, found) | checks_of(exported), ensure_ascii=False, indent=2))
         return
     print(f"{task.formula or 'an automaton without a formula'} in {env}: {judge.rewards.n_states} product states")
     print(maximum_text(judge))
@@ -107,7 +111,7 @@ def _export(folder: str, place: Setting, task: Task) -> Exported:
     return export_checkable(place.model, parse(task.formula), folder, "model", initial_label=place.initial_label)
 
 
-def _values(judge: Judge) -> dict[str, Any]:
+def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
     """The answer as JSON values; infinities as text."""
     from ltlc.mdp.verdict import verdict_values
 
@@ -116,6 +120,7 @@ def _values(judge: Judge) -> dict[str, Any]:
     return {
         "maximum_satisfaction": [maximum.lower, maximum.probability, maximum.upper],
         "optimal": optimum,
+        "shortfall": None if found is None else found.to_dict(),
         "product_states": judge.rewards.n_states,
     }
 

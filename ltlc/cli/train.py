@@ -14,7 +14,7 @@ from ltlc.cli.findings import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
 from ltlc.cli.values import assignments, kinds_of
-from ltlc.cli.verdicts import maximum_text, print_figures
+from ltlc.cli.verdicts import maximum_text, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -214,6 +214,7 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
             print(maximum_text(run.judge))
         if replay is not None:
             print(f"Replay: the last {replay.rows} steps, {replay.size_text}")
+    warn_of_shortfall(run.shortfall, run.task)
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:

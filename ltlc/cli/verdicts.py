@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 import decimal
+import json
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from ltlc.cli.messages import complain
+
 if TYPE_CHECKING:
-    from ltlc.mdp.verdict import Judge
+    from ltlc.faithful import Shortfall
+    from ltlc.mdp.estimate import Estimate
+    from ltlc.mdp.verdict import Judge, Line
     from ltlc.prism import Exported
+    from ltlc.task import Task
 
 
-def number(value: Any) -> str:
-    """A figure, or an interval, in a few characters."""
+def number(value: float | Estimate | None, bounds: tuple[float, float] | None = None) -> str:
+    """A figure with its proved bounds, if any, or an interval, in a few characters."""
+    from ltlc.mdp.verdict import figure_text
+
     if value is None:
         return ""
-    if not isinstance(value, float | int):  # an estimate
+    if not isinstance(value, float | int):
         return f"{number(value.value)}  [{number(value.low)}, {number(value.high)}]"
-    if math.isinf(value):
-        return "∞" if value > 0 else "-∞"
-    if math.isnan(value):
-        return "undefined"
-    if value == int(value) and abs(value) < 1e6:
-        return str(int(value))
-    return f"{value:.1f}" if abs(value) >= 100 else f"{value:.4g}"
+    return figure_text(value, bounds)
 
 
-def print_figures(lines: Sequence[tuple[str, Any, Any]], headings: Sequence[str]) -> None:
+def print_figures(lines: Sequence[Line], headings: Sequence[str]) -> None:
     """Print a row per figure; columns without any entry are left out."""
     from rich import box
     from rich.console import Console
@@ -39,8 +41,29 @@ def print_figures(lines: Sequence[tuple[str, Any, Any]], headings: Sequence[str]
     for column in columns:
         table.add_column(headings[column - 1], justify="right")
     for line in lines:
-        table.add_row(line[0], *(number(line[column]) for column in columns))
+        cells = ("", number(line.learned, line.learned_bounds), number(line.optimum, line.optimum_bounds))
+        table.add_row(line.title, *(cells[column] for column in columns))
     Console(highlight=False).print(table)
+
+
+def warn_of_shortfall(found: Shortfall | None, task: Task) -> None:
+    """Print to stderr what the optimum of the rewards of a task misses, and the options for rewards that do not."""
+    from ltlc.rewards import arguments_of
+
+    if found is None:
+        return
+    how = ""
+    if found.better is not None:
+        better, (name, parameters) = found.better, arguments_of(found.better.scheme)
+        options = [f"--reward {name}", *(f"--set {key}={json.dumps(value)}" for key, value in parameters.items())]
+        if better.on_termination != "repeat" or task.on_termination != "repeat":
+            options.append(f"--on-termination {better.on_termination}")
+        if better.on_deadlock is not None:
+            options.append(f"--on-deadlock {better.on_deadlock}")
+        elif task.on_deadlock is not None:
+            options.append("without --on-deadlock")
+        how = f" ({' '.join(options)})"
+    complain(f"warning: {found.text}{how}")
 
 
 def checks_of(exported: Exported | None) -> dict[str, Any]:
@@ -56,12 +79,15 @@ def print_checks(exported: Exported, probability: float) -> None:
 
 def maximum_text(judge: Judge) -> str:
     """Pmax with its bounds, and what that means for learning."""
+    from ltlc.mdp.verdict import figure_text
+
     maximum = judge.maximum
     value = maximum.probability
     if value == 0:
         return "The largest probability of satisfying the formula here is 0."
+    text = figure_text(value, (maximum.lower, maximum.upper), digits=6)
     bounds = "" if maximum.lower == maximum.upper else f", {between(maximum.lower, maximum.upper)}"
-    return f"The largest probability of satisfying the formula here is {value:.6g}{bounds}."
+    return f"The largest probability of satisfying the formula here is {text}{bounds}."
 
 
 def between(lower: float, upper: float) -> str:

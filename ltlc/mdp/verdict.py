@@ -27,8 +27,21 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.product import Product, RewardColumns, RewardProduct
 from ltlc.mdp.product_exploration import InitialLabel, input_probability
-from ltlc.mdp.satisfaction import MaxSatisfaction, max_satisfaction_probability, satisfaction_probability
+from ltlc.mdp.satisfaction import (
+    MaxSatisfaction,
+    PolicySatisfaction,
+    max_satisfaction_probability,
+    satisfaction_probability,
+)
 from ltlc.mdp.value_iteration import Solution
+
+Bounds = tuple[float, float]
+
+PRECISION = 1e-12
+"""what the linear systems of a verdict leave uncertain of a figure without proved bounds: 0 comes out as 1e-17."""
+TOLERANCE = 1e-3
+"""what a policy that is optimal for the rewards may miss of the maximum satisfaction probability, or half of that if it
+is less, before `Judge.falls_short` says so: schemes with a guarantee attain it in a limit only."""
 
 
 class RefinedColumns(RewardColumns, Protocol):
@@ -46,6 +59,8 @@ class PolicyVerdict:
 
     satisfaction: float
     """probability that the word of an endless run satisfies the formula, in [0, 1]; a violation is final."""
+    satisfaction_bounds: Bounds
+    """proved bounds on it, below and above."""
     discounted_return: float
     """expected return of an episode with the discounts of the reward scheme."""
     total_return: float
@@ -71,6 +86,10 @@ class Line(NamedTuple):
     learned: float | Estimate
     optimum: float | None
     """of the policy that is optimal for the rewards; None where it is not known."""
+    learned_bounds: Bounds | None = None
+    """proved bounds on `learned`, where there are any."""
+    optimum_bounds: Bounds | None = None
+    """likewise on `optimum`."""
 
 
 EXACT_TITLES = {
@@ -90,9 +109,43 @@ EXACT_TITLES = {
 def exact_lines(verdict: PolicyVerdict, optimum: PolicyVerdict | None) -> list[Line]:
     """The figures of a policy, beside those of the one that is optimal for the rewards."""
     return [
-        Line(title, getattr(verdict, name), None if optimum is None else getattr(optimum, name))
+        Line(
+            title,
+            getattr(verdict, name),
+            None if optimum is None else getattr(optimum, name),
+            getattr(verdict, f"{name}_bounds", None),
+            getattr(optimum, f"{name}_bounds", None),
+        )
         for name, title in EXACT_TITLES.items()
     ]
+
+
+def figure_text(value: float, bounds: Bounds | None = None, *, digits: int = 4) -> str:
+    """A figure in a few characters, never rounded to the 0 or the 1 that it is known not to be.
+
+    Args:
+        value: the figure.
+        bounds: proved bounds on it; None: it is right up to `PRECISION`.
+        digits: that are shown, at least.
+
+    Example:
+        >>> figure_text(5.4e-17), figure_text(5.4e-17, (5.3e-17, 5.5e-17)), figure_text(0.99996)
+        ('0', '5.4e-17', '0.99996')
+    """
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    if math.isnan(value):
+        return "undefined"
+    low, high = bounds or (value - PRECISION, value + PRECISION)
+    for limit in (0, 1):
+        if abs(value - limit) <= PRECISION and low <= limit <= high:
+            return str(limit)
+    if value == int(value) and abs(value) < 1e6:
+        return str(int(value))
+    if abs(value) >= 100:
+        return f"{value:.1f}"
+    texts = (f"{value:.{shown}g}" for shown in range(digits, 18))
+    return next((text for text in texts if float(text) != 1), "1")
 
 
 def verdict_values(verdict: PolicyVerdict) -> dict[str, Any]:
@@ -119,6 +172,7 @@ class Judge:
         initial_label: whether the automaton reads the label of the first state.
 
     Attributes:
+        initial_label: see above.
         rewards: the product with the reward tables: what an agent experiences.
         words: the product with the automaton: what decides satisfaction.
 
@@ -134,6 +188,7 @@ class Judge:
         *,
         initial_label: InitialLabel = "read",
     ) -> None:
+        self.initial_label = initial_label
         self.rewards = RewardProduct(mdp, tables, initial_label=initial_label)
         refined = refined_automaton(automaton, tables)
         self.words = Product(mdp, refined, commit=_choices(tables), initial_label=initial_label)
@@ -163,6 +218,14 @@ class Judge:
         return None if self.optimal_policy is None else self.judge(self.optimal_policy)
 
     @cached_property
+    def falls_short(self) -> bool:
+        """Whether `optimal_policy` surely misses `maximum` by more than `TOLERANCE`, or there is none."""
+        if self.optimum is None:
+            return self.maximum.lower > 0
+        missed = self.maximum.lower - self.optimum.satisfaction_bounds[1]
+        return missed > min(TOLERANCE, self.maximum.lower / 2)
+
+    @cached_property
     def _solution(self) -> Solution | None:
         try:
             return optimal_return(self.rewards)
@@ -175,7 +238,15 @@ class Judge:
         Raises:
             InvalidArgumentError: the policy is of another shape.
         """
-        return satisfaction_probability(self.words, self.on_words(policy)).probability
+        return self.policy_satisfaction(policy).probability
+
+    def policy_satisfaction(self, policy: npt.ArrayLike) -> PolicySatisfaction:
+        """`satisfaction` with proved bounds.
+
+        Raises:
+            InvalidArgumentError: the policy is of another shape.
+        """
+        return satisfaction_probability(self.words, self.on_words(policy))
 
     def on_words(self, policy: npt.ArrayLike) -> npt.NDArray[Any]:
         """A policy as one on the states of `words`.
@@ -204,9 +275,10 @@ class Judge:
             InvalidArgumentError: it is of another shape.
         """
         rewards, lifted = self.rewards, self.rewards.lift(policy)
-        first = first_acceptance(rewards, lifted)
+        first, satisfied = first_acceptance(rewards, lifted), self.policy_satisfaction(policy)
         return PolicyVerdict(
-            satisfaction=self.satisfaction(policy),
+            satisfaction=satisfied.probability,
+            satisfaction_bounds=(satisfied.lower, satisfied.upper),
             discounted_return=expected_return(rewards, lifted),
             total_return=expected_return(rewards, lifted, discount=1.0),
             steps=expected_steps(rewards, lifted),

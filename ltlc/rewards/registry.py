@@ -29,6 +29,21 @@ RECOMMENDED = TwoDiscount.name
 every formula, its values lie in [0, 1], and its discount prefers the shorter of two ways."""
 
 
+def arguments_of(scheme: RewardScheme) -> tuple[str, dict[str, Any]]:
+    """What `get_scheme` makes a scheme from: its name, and the parameters that are not those of its paper.
+
+    Example:
+        >>> arguments_of(get_scheme("zeta-reach", zeta=0.999, shaping=2.0))
+        ('zeta-reach', {'zeta': 0.999, 'shaping': 2.0})
+    """
+    shaping = {}
+    while isinstance(scheme, Shaped):
+        shaping = {"shaping": scheme.weight}
+        scheme = scheme.scheme
+    defaults = {field.name: field.default for field in dataclasses.fields(scheme)}
+    return scheme.name, {key: value for key, value in scheme.parameters.items() if value != defaults[key]} | shaping
+
+
 def get_scheme(name: str, *, shaping: float = 0.0, **parameters: Any) -> RewardScheme:
     """A scheme by name, with some of its parameters set.
 
