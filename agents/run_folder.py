@@ -25,6 +25,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ltlc import formats
 from ltlc.atomic import atomic_write, atomic_write_all
 from ltlc.automata import RabinAutomaton
@@ -358,9 +360,26 @@ class RunFolder:
                 f"ltlc train --resume --out {self.path}"
             )
         agent = systems.load_agent(self.config.agent, self.path / POLICY_FILE)
-        if agent.tables.next_state.shape != self.task.tables.next_state.shape:
+        theirs, ours = agent.tables, self.task.tables
+        names = ("letter_class", "next_state", "commit", "initial_state")
+        if theirs.aps != ours.aps or not all(np.array_equal(getattr(theirs, n), getattr(ours, n)) for n in names):
             raise FileFormatError(f"{self.path / POLICY_FILE} is of another task than {self.path / AUTOMATON_FILE}")
+        env = self.config.setting.vector(self.task, 1)
+        try:
+            self._check_fits(env, agent)
+        finally:
+            env.close()
         return agent
+
+    def _check_fits(self, env: LTLVectorWrapper, agent: Agent) -> None:
+        from .collect import Interface
+
+        interface = Interface.of(env)
+        if interface.space != agent.encoder.space or interface.n_actions != agent.n_actions:
+            raise FileFormatError(
+                f"{self.path / POLICY_FILE} is for {agent.encoder.space} and {agent.n_actions} actions; "
+                f"the environment of the run has {interface.space} and {interface.n_actions}"
+            )
 
     def metrics(self) -> list[dict[str, float | None]]:
         """The rows of metrics.csv; None where a row has no value.

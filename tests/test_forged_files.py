@@ -14,10 +14,12 @@ import torch
 from gymnasium import spaces
 from mutants import Maker, Reader, forged, kinds, survives
 
-from ltlc import LTLVectorWrapper, Task
+from ltlc import LTLVectorWrapper, Task, compile
 from ltlc.agents import DoubleDQN, DQNConfig, train
+from ltlc.agents.run_folder import RunConfig, RunFolder
 from ltlc.agents.storage import read_file, write_file
 from ltlc.envs import VectorGridWorld
+from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError
 
 pytestmark = [
@@ -134,6 +136,26 @@ def test_a_forged_checkpoint_leaves_the_run_as_it_was(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match=r"buffer.action has a number that is not in 0 \.\. "):
         train(env, folder=tmp_path, resume=True)
     assert (tmp_path / "metrics.csv").read_bytes() == metrics
+
+
+@pytest.mark.parametrize(("n_cells", "n_actions", "formula", "message"), [
+    (25, 5, "F(A & F B)", ""),
+    (25, 7, "F(A & F B)", r"is for Discrete\(25\) and 7 actions; the environment of the run has .* and 5"),
+    (30, 5, "F(A & F B)", r"is for Discrete\(30\) and 5 actions"),
+    (25, 5, "F(B & F A)", "is of another task"),
+])  # fmt: skip
+def test_a_policy_that_does_not_fit_its_run(
+    tmp_path: Path, n_cells: int, n_actions: int, formula: str, message: str
+) -> None:
+    config = RunConfig(setting=Setting(env="ltlc/Thesis5x5-v0"))
+    with RunFolder.create(tmp_path / "run", config, compile("F(A & F B)")) as run:
+        agent = DoubleDQN(spaces.Discrete(n_cells), n_actions, Task(formula).tables, DQNConfig())
+        agent.save(run.path / "policy.ltlc", run=run.id)
+        if message:
+            with pytest.raises(FileFormatError, match=message):
+                run.load()
+        else:
+            assert run.load().n_actions == n_actions
 
 
 def test_forging_changes_something() -> None:
