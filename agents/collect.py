@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,6 +125,7 @@ class Collector:
         episodes: how many have ended.
         accepting_steps: how many steps carried an acceptance mark.
         letters: union of all labels read, as a bitmask.
+        classes: letter classes of all labels read.
     """
 
     def __init__(self, interface: Interface, encoder: ObservationEncoder) -> None:
@@ -135,15 +137,26 @@ class Collector:
         self._totals = np.zeros((4, n))
         self._done = np.zeros(n, dtype=np.bool_)
         self.episodes = self.accepting_steps = self.letters = 0
+        self.classes: set[int] = set()
 
     @property
     def seen(self) -> Seen:
-        """What all steps came across."""
+        """What all steps came across; without a task nothing is accepting or not."""
         wrapper = self.interface.wrapper
-        aps = () if wrapper is None else wrapper.task.aps
-        never = tuple(name for i, name in enumerate(aps) if not self.letters >> i & 1)
-        # Without a task nothing is accepting or not.
-        return Seen(len(self.packed), self.episodes, self.accepting_steps if wrapper is not None else 1, never)
+        if wrapper is None:
+            return Seen(len(self.packed), self.episodes, accepting=True, accepting_elsewhere=True)
+        never = tuple(name for i, name in enumerate(wrapper.task.aps) if not self.letters >> i & 1)
+        elsewhere = _can_accept(wrapper.task.tables, self.classes)
+        return Seen(len(self.packed), self.episodes, self.accepting_steps > 0, elsewhere, never)
+
+    def seen_state(self) -> list[Any]:
+        """What `seen` follows from, as plain values."""
+        return [self.episodes, self.accepting_steps, self.letters, sorted(self.classes)]
+
+    def load_seen_state(self, state: list[Any]) -> None:
+        """Go back to what `seen_state` gave."""
+        self.episodes, self.accepting_steps, self.letters = state[:3]
+        self.classes = set(state[3])
 
     def reset(self, seed: int) -> None:
         """Begin new episodes everywhere; those under way are dropped.
@@ -209,7 +222,9 @@ class Collector:
         self.packed = self.encoder.pack(self.interface.base(observations))
         if self.interface.wrapper is not None:
             self.states = np.asarray(infos["ltl"]["state"], dtype=np.int64)
-            self.letters |= int(np.bitwise_or.reduce(infos["ltl"]["label"]))
+            labels = infos["ltl"]["label"]
+            self.letters |= int(np.bitwise_or.reduce(labels))
+            self.classes.update(self.interface.wrapper.task.tables.letter_class[labels].tolist())
 
     def _ltl(self, infos: dict[str, Any], terminated: BoolArray) -> dict[str, Any]:
         if self.interface.wrapper is not None:
@@ -244,3 +259,19 @@ def _of_last_step(ltl: dict[str, Any], infos: dict[str, Any], done: BoolArray) -
         return ltl
     keys = ("reward", "letter_class", "violated", "accepting", "base_terminated")
     return {key: np.where(done, last[key], ltl[key]) for key in keys}
+
+
+def _can_accept(tables: RewardTables, classes: Collection[int]) -> bool:
+    """Whether letters of these classes alone can lead from the start of the tables to an accepting step."""
+    letters = np.array(sorted(classes), dtype=np.int64)
+    reached, new = set(), {tables.initial_state}
+    while new:
+        states = np.array(sorted(new), dtype=np.int64)
+        if tables.accepted[np.ix_(states, letters)].any():
+            return True
+        reached |= new
+        following = {*tables.next_state[np.ix_(states, letters)].ravel().tolist()}
+        if tables.n_choices:
+            following |= {*tables.commit[states].ravel().tolist()} - {-1}
+        new = following - reached
+    return False

@@ -16,18 +16,23 @@ class Seen:
     num_envs: int
     episodes: int
     """that ended."""
-    accepting_steps: int
-    """steps that carried an acceptance mark."""
+    accepting: bool
+    """whether a step carried an acceptance mark."""
+    accepting_elsewhere: bool
+    """whether one would have, had the labels come in another order."""
     never: tuple[str, ...] = ()
     """propositions of the task that have not held yet."""
 
 
-def shortcomings(seen: Seen, steps: int, *, updates: int | None = None, wait: int = 0) -> list[str]:
+def shortcomings(
+    seen: Seen, steps: int, *, counterfactual: bool = False, updates: int | None = None, wait: int = 0
+) -> list[str]:
     """What is missing after so many steps, with what to try; a sentence or two each, empty where all is well.
 
     Args:
         seen: what there was.
         steps: environment steps so far.
+        counterfactual: whether each step teaches every automaton state, so that the order of labels does not matter.
         updates: of networks; None: of another learner.
         wait: environment steps that the first update waits for.
     """
@@ -38,12 +43,12 @@ def shortcomings(seen: Seen, steps: int, *, updates: int | None = None, wait: in
             "environments, so there is no return to show, and what comes late in an episode has not been seen. Try "
             "more steps, fewer environments, or shorter episodes."
         )
-    if not seen.accepting_steps:
+    if not (seen.accepting_elsewhere if counterfactual else seen.accepting):
         lacking = f"; never true so far: {_listed(seen.never)}" if seen.never else ""
         found.append(
-            f"No step has been accepting in {steps} steps{lacking}, so no policy looks better than another. Check the "
-            "labels; then try more steps, more exploration (epsilon_final, epsilon_steps), longer episodes, or rewards "
-            "shaped by the distance to acceptance (shaping)."
+            f"No step has been accepting in {steps} steps{lacking}, so nothing tells good policies from others. Check "
+            "the labels; then try more steps, more exploration (epsilon_final, epsilon_steps), longer episodes, or "
+            "rewards shaped by the distance to acceptance (shaping)."
         )
     if updates == 0:
         found.append(

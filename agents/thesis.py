@@ -28,12 +28,14 @@ from .config import DQNConfig
 from .curves import Curve, draw_curves
 from .pictures import board_of, draw_policy
 from .report import Report, tabular_policy
-from .run_folder import RunConfig, RunFolder
+from .run_folder import RunConfig, RunFolder, num_envs_for
 from .training import Progress
 
 FloatArray = npt.NDArray[np.float64]
 ROWS = 60
 """how often a run is judged while it learns."""
+EPSILON_STEPS = 100_000
+"""steps over which exploration falls, at most."""
 NEARLY_OPTIMAL = 0.01
 """relative regret."""
 
@@ -126,11 +128,16 @@ def reproduce(
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, chapter 5.
     """
     total = steps or experiment.steps
+    place = Setting(env=experiment.env, initial_label="skip")
+    learner = DQNConfig(
+        hidden=(256,),  # a network, as in the thesis, though a table would do
+        epsilon_steps=min(total // 3, EPSILON_STEPS),
+        total_steps=total,
+        seed=seed,
+        log_every=max(total // ROWS, 1),
+    )
     config = RunConfig(
-        setting=Setting(env=experiment.env, initial_label="skip"),
-        reward="thesis",
-        # a network, as in the thesis, though a table would do
-        hyperparameters=DQNConfig(hidden=(256,), total_steps=total, seed=seed, log_every=max(total // ROWS, 1)),
+        setting=place, reward="thesis", num_envs=num_envs_for(total, place.episode_steps), hyperparameters=learner
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen

@@ -242,7 +242,10 @@ class _Run:
         """What the training has lacked so far."""
         updates = None if self.agent.tabular else self.agent.updates
         wait = max(self.config.learning_starts, self.config.batch_size)
-        return tuple(shortcomings(self.collector.seen, self.steps, updates=updates, wait=wait))
+        everywhere = self.config.counterfactual
+        return tuple(
+            shortcomings(self.collector.seen, self.steps, counterfactual=everywhere, updates=updates, wait=wait)
+        )
 
     def early_shortcomings(self) -> tuple[str, ...]:
         """The same, once: with the first row after a part of the steps."""
@@ -289,7 +292,7 @@ class _Run:
             "rounds": self.rounds,
             "leg": self.leg,
             "seconds": self.seconds,
-            "seen": [self.collector.episodes, self.collector.accepting_steps, self.collector.letters],
+            "seen": self.collector.seen_state(),
             "generator": self.generator.get_state(),
             "agent": self.agent.state_dict(),
             "buffer": self.buffer.state_dict(),
@@ -314,8 +317,9 @@ class _Run:
             self.buffer.check_state(saved["buffer"], limits)
         self.steps, self.rounds, self.leg = (saved[name].count() for name in ("steps", "rounds", "leg"))
         self._seconds = saved["seconds"].number(0.0)
-        seen = (number.count() for number in saved["seen"].entries(3))
-        self.collector.episodes, self.collector.accepting_steps, self.collector.letters = seen
+        *counts, classes = saved["seen"].entries(4)
+        read = [entry.count(most=self.agent.tables.n_classes - 1) for entry in classes.entries()]
+        self.collector.load_seen_state([*(entry.count() for entry in counts), read])
         try:
             self.generator.set_state(saved["generator"].tensor(torch.uint8))
         except RuntimeError as error:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ltlc.agents import DQNConfig, Progress, train
+from ltlc.agents.collect import Collector, Interface
+from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.shortcomings import Seen, shortcomings
 from ltlc.cli.app import run
 from ltlc.envs import LTLVectorWrapper, VectorGridWorld
@@ -18,12 +21,13 @@ NETWORK = ("--hyper", "hidden=8", "--hyper", "batch_size=16", "--hyper", "learni
 
 
 def test_nothing_is_said_where_all_is_well() -> None:
-    assert shortcomings(Seen(4, 3, 1), 100) == []
-    assert shortcomings(Seen(4, 3, 1), 100, updates=7) == []
+    assert shortcomings(Seen(4, 3, True, True), 100) == []
+    assert shortcomings(Seen(4, 3, False, True), 100, counterfactual=True, updates=7) == []
+    assert len(shortcomings(Seen(4, 3, False, True), 100, updates=7)) == 1
 
 
 def test_what_is_missing_and_what_to_try() -> None:
-    episodes, accepting, updates = shortcomings(Seen(64, 0, 0, ("goal",)), 8_000, updates=0, wait=9_000)
+    episodes, accepting, updates = shortcomings(Seen(64, 0, False, False, ("goal",)), 8_000, updates=0, wait=9_000)
     assert "No episode has ended in 8000 steps, 125 in each of 64 environments" in episodes
     assert "fewer environments" in episodes and "shorter episodes" in episodes
     assert "No step has been accepting in 8000 steps; never true so far: goal" in accepting
@@ -47,6 +51,20 @@ def test_the_command_says_so_while_it_runs_and_in_the_verdict(
     assert run(["train", "F(A & B)", *WORLD, *few, "--out", "two"]) == 0
     out, err = capsys.readouterr()
     assert "Note: No episode has ended in 60" in out and err.count("No episode has ended") == 1
+
+
+def test_labels_in_another_order_count_where_each_step_teaches_every_state() -> None:
+    """In this corridor B comes before A, and the episode ends there."""
+    for formula, reachable in (("F(A & F B)", True), ("F(A & B)", False), ("F B", True), ("F(A & F C)", False)):
+        env = LTLVectorWrapper(
+            VectorGridWorld("SBA\n..C", 2, max_episode_steps=3), Task(formula), extra_labels="ignore"
+        )
+        collector = Collector(Interface.of(env), ObservationEncoder(Interface.of(env).space))
+        collector.reset(0)
+        for _ in range(2):
+            collector.step(np.array([1, 1]))  # to the right
+        seen = collector.seen
+        assert (seen.accepting, seen.accepting_elsewhere) == (formula == "F B", reachable), formula
 
 
 def test_with_the_default_number_of_environments_episodes_end(

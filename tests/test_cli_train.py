@@ -429,6 +429,7 @@ class TestReproduce:
         assert run(["reproduce", "case1", "--static", "--quick"]) == 0
         out = capsys.readouterr().out
         assert "thesis" in out and "3 h" in out and "-792.4" in out and "-563.9" in out
+        assert "Not learned in these steps: " in out and "% of the optimal discounted return is lost" in out
         assert {path.name for path in Path("reproduce/case1").iterdir()} == {
             "static-0",
             "figure-5.2.png",

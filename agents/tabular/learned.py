@@ -36,6 +36,8 @@ class Learned:
     """the learner's own estimate of its objective from the start: a probability, or a return."""
     seen: Seen | None = None
     """what the steps came across; None for learners of a model, whose `message` tells what they look for."""
+    counterfactual: bool = False
+    """whether each step taught every state of the reward tables."""
 
 
 Callback = Callable[[Learned], bool | None]

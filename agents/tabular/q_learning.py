@@ -97,6 +97,7 @@ class _QLearner:
             accepting_components=None,
             value=float(self.average[state, :, q].max(axis=1).mean()),
             seen=self.experience.seen,
+            counterfactual=self.config.counterfactual,
         )
 
     def _teach(self, batch: Batch, own: int, other: int) -> None:

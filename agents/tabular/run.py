@@ -140,7 +140,9 @@ def train_learner(
 
 
 def _shortcomings(learned: Learned) -> tuple[str, ...]:
-    return () if learned.seen is None else tuple(shortcomings(learned.seen, learned.steps))
+    if learned.seen is None:
+        return ()
+    return tuple(shortcomings(learned.seen, learned.steps, counterfactual=learned.counterfactual))
 
 
 def _row(learned: Learned, agent: TablePolicy | None, judge: Judge | None) -> TableRow:

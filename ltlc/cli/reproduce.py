@@ -18,6 +18,8 @@ from ltlc.errors import InvalidArgumentError
 
 QUICK = 10
 """part of the steps that --quick makes."""
+UNLEARNED = 0.2
+"""part of the return that may be lost without a word."""
 
 
 def reproduce(
@@ -138,6 +140,12 @@ def _print_outcome(one: Any) -> None:
     learned = number(verdict.satisfaction, verdict.satisfaction_bounds)
     table.add_row("P(formula satisfied)", "", learned, number(maximum.probability, (maximum.lower, maximum.upper)))
     Console(highlight=False).print(table)
+    regret = one.report.regret
+    if regret is not None and regret > UNLEARNED:
+        print(
+            f"Not learned in these steps: {regret:.0%} of the optimal discounted return is lost. What an episode "
+            "brings is counted to its end, however late a policy that goes in circles gets there. Take more steps."
+        )
 
 
 _FIGURES = {
