@@ -7,10 +7,10 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .config import DQNConfig
-    from .dqn import DoubleDQN
-    from .evaluate import ExactJudge, Regret, Rollouts, greedy_policy, rollout
-    from .training import CHECKPOINT_FILE, POLICY_FILE, Progress, TrainingResult, train
+    from .double_dqn.agent import DoubleDQN
+    from .double_dqn.config import DQNConfig
+    from .training.evaluate import ExactJudge, Regret, Rollouts, greedy_policy, rollout
+    from .training.loop import CHECKPOINT_FILE, POLICY_FILE, Progress, TrainingResult, train
 
 __all__ = [
     "CHECKPOINT_FILE",
@@ -28,18 +28,18 @@ __all__ = [
 ]
 
 _HOME = {
-    "CHECKPOINT_FILE": "training",
-    "POLICY_FILE": "training",
-    "DQNConfig": "config",
-    "DoubleDQN": "dqn",
-    "ExactJudge": "evaluate",
-    "Progress": "training",
-    "Regret": "evaluate",
-    "Rollouts": "evaluate",
-    "TrainingResult": "training",
-    "greedy_policy": "evaluate",
-    "rollout": "evaluate",
-    "train": "training",
+    "CHECKPOINT_FILE": "training.loop",
+    "POLICY_FILE": "training.loop",
+    "DQNConfig": "double_dqn.config",
+    "DoubleDQN": "double_dqn.agent",
+    "ExactJudge": "training.evaluate",
+    "Progress": "training.loop",
+    "Regret": "training.evaluate",
+    "Rollouts": "training.evaluate",
+    "TrainingResult": "training.loop",
+    "greedy_policy": "training.evaluate",
+    "rollout": "training.evaluate",
+    "train": "training.loop",
 }
 
 

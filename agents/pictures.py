@@ -13,9 +13,8 @@ import numpy.typing as npt
 
 from ltlc.automata import RabinAutomaton, guard_text
 from ltlc.envs.grid_map import ACTIONS, GridMap
+from ltlc.pictures.plotting import ARROW, FAINT, INK, LINES, NEVER, PAPER, RULE, TINTS, WALL, blank, saved
 from ltlc.rewards import RewardTables
-
-from .canvas import ARROW, FAINT, INK, LINES, NEVER, PAPER, RULE, TINTS, WALL, blank, saved
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

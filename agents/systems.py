@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 
-from .config import DQNConfig
+from .double_dqn.config import DQNConfig
 from .tabular.config import LearnerConfig
 from .tabular.registry import LEARNERS
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from ltlc.envs import LTLVectorWrapper
     from ltlc.mdp.verdict import Judge
 
-    from .dqn import DoubleDQN
-    from .replay import ReplaySize
+    from .double_dqn.agent import DoubleDQN
+    from .double_dqn.replay import ReplaySize
     from .tabular.policy import TablePolicy
     from .tabular.run import TableProgress
-    from .training import Progress
+    from .training.loop import Progress
 
 Agent: TypeAlias = "DoubleDQN | TablePolicy"
 Hyperparameters = DQNConfig | LearnerConfig
@@ -110,9 +110,9 @@ def check(env: LTLVectorWrapper, config: Hyperparameters, given: Collection[str]
 
         check_learner(env, config)
         return None
-    from .collect import Interface
-    from .dqn import DoubleDQN
-    from .replay import ReplaySize
+    from .double_dqn.agent import DoubleDQN
+    from .double_dqn.replay import ReplaySize
+    from .training.collect import Interface
 
     interface = Interface.of(env)
     agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
@@ -152,7 +152,7 @@ def train_agent(
         callback: called with each row of metrics.
     """
     from .tabular.run import train_learner
-    from .training import CHECKPOINT_FILE, POLICY_FILE, train_in
+    from .training.loop import CHECKPOINT_FILE, POLICY_FILE, train_in
 
     if isinstance(config, DQNConfig):
         go_on = resume and (folder / CHECKPOINT_FILE).exists()  # else killed before the first checkpoint
@@ -187,7 +187,7 @@ def load_agent(agent: str, path: str | os.PathLike[str]) -> Agent:
         FileFormatError: the file is damaged, or of another kind.
         OSError: it is missing or not readable.
     """
-    from .dqn import DoubleDQN
+    from .double_dqn.agent import DoubleDQN
     from .tabular.policy import TablePolicy
 
     return DoubleDQN.load(path) if agent == DOUBLE_DQN else TablePolicy.load(path)

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.agents import DQNConfig, ExactJudge, Progress, greedy_policy, train
-from ltlc.agents.update import TensorTables
+from ltlc.agents.double_dqn.update import TensorTables
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp, recorded_automaton, thesis_vector_world, thesis_world
 from ltlc.mdp import LabelledMDP
 from ltlc.task import Task

@@ -19,9 +19,9 @@ from random_automata import random_automata
 from ltlc import LTLVectorWrapper, Task, compile
 from ltlc.agents import DoubleDQN, DQNConfig, train
 from ltlc.agents.encoder import _example
-from ltlc.agents.run_folder import RunConfig, RunFolder
-from ltlc.agents.storage import write_file
 from ltlc.agents.tabular.policy import TablePolicy
+from ltlc.agents.training.run_folder import RunConfig, RunFolder
+from ltlc.agents.training.storage import write_file
 from ltlc.envs import VectorGridWorld
 from ltlc.envs.setting import Setting
 from ltlc.errors import LtlcError

@@ -9,9 +9,9 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from ltlc.agents.collect import Collector, Interface
+from ltlc.agents.double_dqn.replay import FIELDS, ReplayBuffer, Steps
 from ltlc.agents.encoder import ObservationEncoder
-from ltlc.agents.replay import FIELDS, ReplayBuffer, Steps
+from ltlc.agents.training.collect import Collector, Interface
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld
 from ltlc.errors import InvalidArgumentError
 from ltlc.task import Task

@@ -3,7 +3,7 @@
 import pytest
 
 from ltlc.agents import DQNConfig
-from ltlc.agents.run_folder import num_envs_for
+from ltlc.agents.training.run_folder import num_envs_for
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 
 

@@ -13,9 +13,10 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector import SyncVectorEnv
 
-from ltlc.agents import DQNConfig, memory, train
-from ltlc.agents.memory import check_memory, free_memory, size_text
-from ltlc.agents.storage import read_file, write_file
+from ltlc.agents import DQNConfig, train
+from ltlc.agents.training import memory
+from ltlc.agents.training.memory import check_memory, free_memory, size_text
+from ltlc.agents.training.storage import read_file, write_file
 from ltlc.cli.app import run
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import MemoryLimitExceeded

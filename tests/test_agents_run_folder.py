@@ -13,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from ltlc.agents import DQNConfig, folder_lock
-from ltlc.agents.folder_lock import LOCK_FILE, locked_folder
-from ltlc.agents.run_folder import RunConfig, RunFolder
-from ltlc.agents.training import train
+from ltlc.agents import DQNConfig
+from ltlc.agents.training import folder_lock
+from ltlc.agents.training.folder_lock import LOCK_FILE, locked_folder
+from ltlc.agents.training.loop import train
+from ltlc.agents.training.run_folder import RunConfig, RunFolder
 from ltlc.cli.app import run
 from ltlc.compiler import compile
 from ltlc.envs.setting import Setting
@@ -64,7 +65,7 @@ class TestLock:
 
     @posix
     def test_the_lock_of_a_killed_process_is_none(self, folder: Path) -> None:
-        script = "import sys, pathlib\nfrom ltlc.agents.folder_lock import locked_folder\n"
+        script = "import sys, pathlib\nfrom ltlc.agents.training.folder_lock import locked_folder\n"
         script += "with locked_folder(pathlib.Path('here')): print('locked', flush=True), sys.stdin.read()"
         process = subprocess.Popen(
             [sys.executable, "-c", script],

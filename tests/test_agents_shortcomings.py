@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from ltlc.agents import DQNConfig, Progress, train
-from ltlc.agents.collect import Collector, Interface
 from ltlc.agents.encoder import ObservationEncoder
-from ltlc.agents.shortcomings import Seen, shortcomings
+from ltlc.agents.training.collect import Collector, Interface
+from ltlc.agents.training.shortcomings import Seen, shortcomings
 from ltlc.cli.app import run
 from ltlc.envs import LTLVectorWrapper, VectorGridWorld
 from ltlc.task import Task

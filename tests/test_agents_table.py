@@ -14,10 +14,10 @@ from gymnasium import spaces
 from gymnasium.vector import SyncVectorEnv
 
 from ltlc.agents import DoubleDQN, DQNConfig, ExactJudge, Progress, greedy_policy, train
+from ltlc.agents.double_dqn.networks import QNetwork
+from ltlc.agents.double_dqn.replay import ReplayBuffer, Steps
 from ltlc.agents.encoder import ObservationEncoder
-from ltlc.agents.networks import QNetwork
-from ltlc.agents.replay import ReplayBuffer, Steps
-from ltlc.agents.table import QTable, Tally
+from ltlc.agents.fitted_q.table import QTable, Tally
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.mdp.verdict import Judge

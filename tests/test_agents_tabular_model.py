@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from random_automata import random_automata
 
-from ltlc.agents.runtime import RuntimeRow, runtime_comparison
 from ltlc.agents.tabular import FuTopcuConfig
 from ltlc.agents.tabular.experience import Experience
 from ltlc.agents.tabular.explore import Explorer
 from ltlc.agents.tabular.model import EmpiricalModel
 from ltlc.agents.tabular.planning import accepting_components, as_table, cut, reach_and_stay
+from ltlc.agents.thesis.runtime import RuntimeRow, runtime_comparison
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, grid_map, labelled_mdp, thesis_world
 from ltlc.errors import UnknownNameError
 from ltlc.mdp import (

@@ -327,7 +327,7 @@ def test_checkpoint_of_something_else_is_refused(short_run: Path) -> None:
 def test_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fill_the_disk(progress: Progress) -> None:
         if progress.row.steps >= 1_500:
-            monkeypatch.setattr("ltlc.agents.storage.atomic_write", full)
+            monkeypatch.setattr("ltlc.agents.training.storage.atomic_write", full)
 
     def full(*_: Any) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

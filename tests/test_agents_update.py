@@ -9,9 +9,9 @@ import torch
 from gymnasium import spaces
 
 from ltlc.agents import DoubleDQN, DQNConfig
-from ltlc.agents.networks import QNetwork, move_towards
-from ltlc.agents.replay import Steps
-from ltlc.agents.update import policy_values, reachable_states
+from ltlc.agents.double_dqn.networks import QNetwork, move_towards
+from ltlc.agents.double_dqn.replay import Steps
+from ltlc.agents.double_dqn.update import policy_values, reachable_states
 from ltlc.envs import recorded_automaton
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables, get_scheme

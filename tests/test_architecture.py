@@ -35,6 +35,7 @@ FLOORS = {
     "diagnosis": 6,
     "faithful": 6,
     "envs": 6,
+    "pictures": 6,
     "agents": 7,
     "cli": 8,
 }
@@ -58,6 +59,7 @@ THIRD_PARTY = {
     "diagnosis": {"numpy"},
     "faithful": {"numpy", "matplotlib"},
     "envs": {"numpy", "scipy", "gymnasium", "matplotlib"},
+    "pictures": {"numpy", "matplotlib"},
     "agents": {"numpy", "scipy", "gymnasium", "matplotlib", "torch"},
     "cli": {"typer", "rich"},
     "__init__": set(),

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ltlc.agents import DoubleDQN, runtime
+from ltlc.agents import DoubleDQN
 from ltlc.agents.pictures import waits_for
-from ltlc.agents.run_folder import RunConfig, RunFolder, default_folder
 from ltlc.agents.tabular import LEARNERS
+from ltlc.agents.thesis import runtime
+from ltlc.agents.training.run_folder import RunConfig, RunFolder, default_folder
 from ltlc.cli import reproduce
 from ltlc.cli.app import run
 from ltlc.compiler import compile

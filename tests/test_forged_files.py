@@ -16,8 +16,8 @@ from mutants import Maker, Reader, forged, kinds, survives
 
 from ltlc import LTLVectorWrapper, Task, compile
 from ltlc.agents import DoubleDQN, DQNConfig, train
-from ltlc.agents.run_folder import RunConfig, RunFolder
-from ltlc.agents.storage import read_file, write_file
+from ltlc.agents.training.run_folder import RunConfig, RunFolder
+from ltlc.agents.training.storage import read_file, write_file
 from ltlc.envs import VectorGridWorld
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError

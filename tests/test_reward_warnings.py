@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ltlc.agents import DQNConfig, train
-from ltlc.agents.run_folder import RunFolder
+from ltlc.agents.training.run_folder import RunFolder
 from ltlc.cli.app import run
 from ltlc.envs import GridWorld, LTLVectorWrapper, LTLWrapper, VectorGridWorld
 from ltlc.errors import RewardWarning

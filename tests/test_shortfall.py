@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import ltlc.faithful
-from ltlc.agents.run_folder import RunFolder
+from ltlc.agents.training.run_folder import RunFolder
 from ltlc.cli.app import run
 from ltlc.envs import labelled_mdp
 from ltlc.faithful import Shortfall, shortfall

@@ -18,9 +18,9 @@ from ltlc.rewards import OnDeadlock, RewardScheme, RewardTables
 from ltlc.rewards.scheme import StepRewards
 from ltlc.task import Task
 
-from ..collect import Collector, Interface
 from ..encoder import JOINT_LIMIT, ObservationEncoder
-from ..shortcomings import Seen
+from ..training.collect import Collector, Interface
+from ..training.shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from ..shortcomings import Seen
+from ..training.shortcomings import Seen
 
 
 @dataclass(frozen=True, eq=False)

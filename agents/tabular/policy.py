@@ -14,9 +14,9 @@ from gymnasium import spaces
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
-from ..contents import n_features, space_of, tables_of
 from ..encoder import ObservationEncoder
-from ..storage import plain_space, read_file, tables_to_tensors, write_file
+from ..training.contents import n_features, space_of, tables_of
+from ..training.storage import plain_space, read_file, tables_to_tensors, write_file
 
 IntArray = npt.NDArray[np.int64]
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from ..update import reachable_states
+from ..double_dqn.update import reachable_states
 from .config import QLearningConfig
 from .experience import Batch, Experience, IntArray
 from .learned import Callback, Learned, Stopwatch

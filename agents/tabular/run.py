@@ -13,10 +13,10 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.mdp import expected_return
 from ltlc.mdp.verdict import Judge, figure_text
 
-from ..collect import Interface
 from ..encoder import ObservationEncoder
-from ..metrics import METRICS_FILE
-from ..shortcomings import EARLY, shortcomings
+from ..training.collect import Interface
+from ..training.metrics import METRICS_FILE
+from ..training.shortcomings import EARLY, shortcomings
 from .config import LearnerConfig
 from .experience import Experience, check_choices
 from .learned import Learned

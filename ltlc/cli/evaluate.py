@@ -39,8 +39,8 @@ def evaluate(
     """
     if episodes < 2:
         raise InvalidArgumentError(f"--episodes is {episodes}; at least 2 are needed for an interval")
-    folder = import_module("ltlc.agents.run_folder").RunFolder.open(run)
-    conclude, agent = import_module("ltlc.agents.conclude"), folder.load()
+    folder = import_module("ltlc.agents.training.run_folder").RunFolder.open(run)
+    conclude, agent = import_module("ltlc.agents.training.artifacts"), folder.load()
     exported = None if prism is None else conclude.export_run(folder, agent, prism)
     verdict = conclude.judge_run(folder, agent, episodes=episodes, seed=seed)
     warn_of_shortfall(verdict.shortfall, folder.task)

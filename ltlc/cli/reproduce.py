@@ -61,7 +61,7 @@ def reproduce(
       ltlc reproduce case2 --dynamic --seeds 5
       ltlc reproduce runtime --quick
     """
-    thesis = import_module("ltlc.agents.thesis")
+    thesis = import_module("ltlc.agents.thesis.case_studies")
     if case == "runtime" and (static or dynamic):
         raise InvalidArgumentError("the run-time comparison is static; leave --static and --dynamic out")
     if seeds is not None and seeds < 1:

@@ -13,8 +13,8 @@ from ltlc.cli.messages import complain
 
 def compare(folder: Path, seeds: int | None, quick: bool, json_: bool) -> int:
     """Run the comparison, print its tables and draw it; the exit code."""
-    runtime = import_module("ltlc.agents.runtime")
-    picture = import_module("ltlc.agents.runtime_picture")
+    runtime = import_module("ltlc.agents.thesis.runtime")
+    picture = import_module("ltlc.agents.thesis.runtime_picture")
     folder.mkdir(parents=True, exist_ok=True)
     chosen = None if seeds is None else tuple(range(seeds))
     if not json_:
@@ -50,7 +50,7 @@ def _case(row: Any) -> str:
 
 def _print_times(rows: Sequence[Any]) -> None:
     """Table 5.1: ours in seconds, the thesis' in hours."""
-    seconds_text = import_module("ltlc.agents.runtime_picture").seconds_text
+    seconds_text = import_module("ltlc.agents.thesis.runtime_picture").seconds_text
 
     def ours(row: Any) -> str:
         time = seconds_text(row.seconds)

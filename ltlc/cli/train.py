@@ -109,7 +109,7 @@ def train(
     """
     from ltlc.rewards import RECOMMENDED
 
-    folders, replay = import_module("ltlc.agents.run_folder"), None
+    folders, replay = import_module("ltlc.agents.training.run_folder"), None
     if formula is None or env is None:
         if not resume or out is None:
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
@@ -205,7 +205,7 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
 
 
 def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int:
-    conclude = import_module("ltlc.agents.conclude")
+    conclude = import_module("ltlc.agents.training.artifacts")
     total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ltlc.envs import recorded_automaton
+from ltlc.pictures.plotting import FAINT, INK, LINES, RULE, blank, saved
 
-from .canvas import FAINT, INK, LINES, RULE, blank, saved
 from .runtime import REGRET, RuntimeRow
 
 if TYPE_CHECKING:

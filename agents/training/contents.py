@@ -21,8 +21,8 @@ from torch import Tensor, nn
 from ltlc.errors import FileFormatError, LtlcError
 from ltlc.rewards import RewardTables
 
-from .config import DQNConfig, ObservationInput
-from .encoder import JOINT_LIMIT
+from ..double_dqn.config import DQNConfig, ObservationInput
+from ..encoder import JOINT_LIMIT
 
 _DEPTH = 60
 """values are nested no deeper."""

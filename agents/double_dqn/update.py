@@ -10,8 +10,8 @@ from torch import Tensor
 
 from ltlc.rewards import RewardTables
 
+from ..encoder import ObservationEncoder
 from .config import DQNConfig
-from .encoder import ObservationEncoder
 from .networks import QNetwork
 from .replay import Steps
 

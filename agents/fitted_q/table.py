@@ -15,9 +15,9 @@ from torch import Tensor, nn
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
-from .contents import Content
-from .encoder import ObservationEncoder
-from .replay import Steps
+from ..double_dqn.replay import Steps
+from ..encoder import ObservationEncoder
+from ..training.contents import Content
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.mdp.verdict import figure_text
-
-from .canvas import INK, LINES, blank, quiet_axes, saved
+from ltlc.pictures.plotting import INK, LINES, blank, saved, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +69,7 @@ def draw_curves(
     axes.set_xlabel(x_label, color=INK)
     axes.set_ylabel(y_label, color=INK)
     axes.margins(x=0.01)
-    quiet_axes(axes, grid="y")
+    style_axes(axes, grid="y")
     axes.xaxis.set_major_formatter(_thousands)
     handles, texts = axes.get_legend_handles_labels()
     n_columns = -(-len(texts) // max(len(curves), 1)) if len(texts) > 3 else len(texts)

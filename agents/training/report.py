@@ -14,9 +14,9 @@ from ltlc.mdp import LabelledMDP
 from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.verdict import Judge, Line, PolicyVerdict, exact_lines, plain, verdict_values
 
+from ..systems import Agent
+from ..tabular.policy import TablePolicy
 from .evaluate import Rollouts, greedy_policy, rollout
-from .systems import Agent
-from .tabular.policy import TablePolicy
 
 
 @dataclass(frozen=True)

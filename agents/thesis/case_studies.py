@@ -23,13 +23,13 @@ from ltlc.envs.setting import Setting
 from ltlc.errors import RewardWarning
 from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
+from ltlc.pictures.curves import Curve, draw_curves
 
-from .config import DQNConfig
-from .curves import Curve, draw_curves
-from .pictures import board_of, draw_policy
-from .report import Report, tabular_policy
-from .run_folder import RunConfig, RunFolder, num_envs_for
-from .training import Progress
+from ..double_dqn.config import DQNConfig
+from ..pictures import board_of, draw_policy
+from ..training.loop import Progress
+from ..training.report import Report, tabular_policy
+from ..training.run_folder import RunConfig, RunFolder, num_envs_for
 
 FloatArray = npt.NDArray[np.float64]
 ROWS = 60
@@ -70,7 +70,7 @@ EXPERIMENTS: Mapping[str, Mapping[str, Experiment]] = MappingProxyType({
         "dynamic": Experiment("case study II, dynamic", "phi_2", "10x10", True, 600_000, 17.0),
     },
 })  # fmt: skip
-"""the experiments of sections 5.1 and 5.2, by variant; section 5.3 is `ltlc.agents.runtime`."""
+"""the experiments of sections 5.1 and 5.2, by variant; section 5.3 is `ltlc.agents.thesis.runtime`."""
 
 
 @dataclass(frozen=True)

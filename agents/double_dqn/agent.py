@@ -17,13 +17,21 @@ from torch import Tensor
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
+from ..encoder import ObservationEncoder
+from ..fitted_q.table import LARGEST, LAST_SWEEPS, SWEEPS, QTable, Tally, fit
+from ..training.contents import (
+    Content,
+    check_optimizer,
+    config_of,
+    n_features,
+    numbers_in,
+    space_of,
+    tables_of,
+)
+from ..training.storage import plain_space, read_file, tables_to_tensors, write_file
 from .config import DQNConfig
-from .contents import Content, check_optimizer, config_of, n_features, numbers_in, space_of, tables_of
-from .encoder import ObservationEncoder
 from .networks import QNetwork, layer_widths, move_towards
 from .replay import Steps
-from .storage import plain_space, read_file, tables_to_tensors, write_file
-from .table import LARGEST, LAST_SWEEPS, SWEEPS, QTable, Tally, fit
 from .update import TDLoss, TensorTables
 
 _FILE_KIND = "policy"

@@ -19,12 +19,12 @@ from ltlc.errors import RewardWarning, UnknownNameError
 from ltlc.mdp.verdict import Judge
 from ltlc.task import Task
 
-from .config import DQNConfig
-from .evaluate import greedy_policy
-from .systems import AGENTS, DOUBLE_DQN
-from .tabular.learned import Learned
-from .tabular.registry import LEARNERS
-from .training import Progress, train
+from ..double_dqn.config import DQNConfig
+from ..systems import AGENTS, DOUBLE_DQN
+from ..tabular.learned import Learned
+from ..tabular.registry import LEARNERS
+from ..training.evaluate import greedy_policy
+from ..training.loop import Progress, train
 
 CASES = (("5x5", "phi_3"), ("10x10", "phi_3"), ("5x5", "phi_4"), ("10x10", "phi_4"))
 """worlds and formulas of the tables, in their order."""

@@ -20,16 +20,16 @@ from gymnasium.vector import VectorEnv
 
 from ltlc.errors import InvalidArgumentError
 
+from ..double_dqn.agent import DoubleDQN, check_size
+from ..double_dqn.config import DQNConfig
+from ..double_dqn.replay import ReplayBuffer, ReplaySize
+from ..fitted_q.table import GROWTH, Tally
 from .collect import Collector, Interface
-from .config import DQNConfig
 from .contents import Content, config_of, tables_of
-from .dqn import DoubleDQN, check_size
 from .folder_lock import locked_folder
 from .metrics import Metrics, Row
-from .replay import ReplayBuffer, ReplaySize
 from .shortcomings import EARLY, shortcomings
 from .storage import read_file, run_of, same_tables, tables_to_tensors, write_file
-from .table import GROWTH, Tally
 
 CHECKPOINT_FILE = "checkpoint.ltlc"
 POLICY_FILE = "policy.ltlc"
@@ -46,7 +46,7 @@ class Progress:
     row: Row
     total_steps: int
     shortcomings: tuple[str, ...] = ()
-    """what the training lacks so far, see `ltlc.agents.shortcomings`; told once, after a quarter of the steps."""
+    """what the training lacks so far, see `shortcomings`; told once, after a quarter of the steps."""
 
     @property
     def seconds_left(self) -> float:
@@ -69,7 +69,7 @@ class TrainingResult:
     saved_steps: int = 0
     """environment steps that the checkpoint in the folder holds."""
     shortcomings: tuple[str, ...] = ()
-    """what the training lacked, and what to try; see `ltlc.agents.shortcomings`."""
+    """what the training lacked, and what to try; see `shortcomings`."""
 
     def __str__(self) -> str:
         total = self.agent.config.total_steps

@@ -39,15 +39,15 @@ from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
-from . import systems
-from .config import DQNConfig
+from .. import systems
+from ..double_dqn.config import DQNConfig
+from ..double_dqn.replay import ReplaySize
+from ..systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
+from ..tabular.registry import LEARNERS
 from .folder_lock import locked_folder
+from .loop import CHECKPOINT_FILE, POLICY_FILE
 from .metrics import METRICS_FILE
-from .replay import ReplaySize
 from .storage import run_of
-from .systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
-from .tabular.registry import LEARNERS
-from .training import CHECKPOINT_FILE, POLICY_FILE
 
 CONFIG_FILE = "config.json"
 AUTOMATON_FILE = "dra.json"

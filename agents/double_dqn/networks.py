@@ -8,8 +8,8 @@ import math
 import torch
 from torch import Tensor, nn
 
+from ..training.memory import check_memory
 from .config import DQNConfig
-from .memory import check_memory
 
 HIDDEN = (256,)
 """units of the hidden layers where the configuration leaves them open."""

@@ -16,9 +16,9 @@ from ltlc.mdp.measures import from_start
 from ltlc.mdp.verdict import figure_text
 from ltlc.rewards import RewardTables
 
+from ..double_dqn.agent import DoubleDQN
+from ..encoder import ObservationEncoder
 from .collect import Collector, Episode, Interface
-from .dqn import DoubleDQN
-from .encoder import ObservationEncoder
 
 IntArray = npt.NDArray[np.int64]
 

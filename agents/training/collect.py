@@ -16,8 +16,8 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
-from .encoder import ObservationEncoder
-from .replay import Steps
+from ..double_dqn.replay import Steps
+from ..encoder import ObservationEncoder
 from .shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]

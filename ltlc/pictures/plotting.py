@@ -29,7 +29,7 @@ def blank(width: float, height: float, layout: str | None = None) -> Figure:
     return figure
 
 
-def quiet_axes(axes: Axes, *, grid: str) -> None:
+def style_axes(axes: Axes, *, grid: str) -> None:
     """Take away from axes what says nothing; `grid` lines stand on the axis of the values, x or y."""
     axes.grid(axis=grid, color=RULE, linewidth=0.7)  # type: ignore[arg-type]
     axes.set_axisbelow(True)

@@ -11,14 +11,14 @@ import numpy as np
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
 from ltlc.mdp.verdict import Judge
+from ltlc.pictures.curves import Curve, draw_curves
 from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
 
-from .curves import Curve, draw_curves
-from .pictures import board_of, draw_policy
+from ..pictures import board_of, draw_policy
+from ..systems import DOUBLE_DQN, Agent
+from ..tabular.registry import LEARNERS
 from .report import Report, report, tabular_policy
 from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
-from .systems import DOUBLE_DQN, Agent
-from .tabular.registry import LEARNERS
 
 
 def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 0) -> Report:

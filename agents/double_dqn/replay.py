@@ -13,10 +13,10 @@ from torch import Tensor
 
 from ltlc.errors import InvalidArgumentError
 
+from ..encoder import ObservationEncoder
+from ..training.contents import Content
+from ..training.memory import check_memory, size_text
 from .config import DQNConfig
-from .contents import Content
-from .encoder import ObservationEncoder
-from .memory import check_memory, size_text
 
 
 @dataclass(frozen=True)

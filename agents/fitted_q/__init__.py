@@ -1,0 +1,1 @@
+"""Fitted Q iteration on counted experience: a table of values, swept to convergence."""

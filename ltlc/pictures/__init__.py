@@ -1,0 +1,1 @@
+"""Pictures drawn with matplotlib: what figures look like, and learning curves."""
