@@ -18,6 +18,16 @@ BoolArray = npt.NDArray[np.bool_]
 Graph = Sequence[Sequence[int]] | npt.NDArray[np.integer]
 
 
+def bits(mask: int) -> list[int]:
+    """The members of a set of small integers given as a bit mask, in increasing order."""
+    found: list[int] = []
+    while mask:
+        low = mask & -mask
+        found.append(low.bit_length() - 1)
+        mask ^= low
+    return found
+
+
 def from_edges(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
     """The successor lists of n nodes with these (source, target) edges, in the order given."""
     successors: list[list[int]] = [[] for _ in range(n)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ltlc.budget import Budget
+from ltlc.graph import bits
 from ltlc.ltl import (
     FALSE,
     TRUE,
@@ -21,7 +22,6 @@ from ltlc.ltl import (
     nnf,
     propositions,
 )
-from ltlc.translate.bitset import bits
 from ltlc.translate.closure import Closure, Obligation
 from ltlc.translate.letters import letters_of
 

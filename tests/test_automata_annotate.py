@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 from random_automata import random_automata, random_automaton, short_lassos
 
 from ltlc.automata import ComponentKind, RabinAutomaton, canonical
-from ltlc.automata.emptiness import All, Condition, Fin, Inf, Some, accepting_nodes, accepting_walk, holds, negation
+from ltlc.automata.acceptance import Acceptance, Clause, conjunction, disjunction, holds, negation
+from ltlc.automata.emptiness import accepting_nodes, accepting_walk
 from ltlc.errors import InvalidAutomatonError
 
 
@@ -68,15 +70,15 @@ def test_live_pairs_and_distance_are_consistent() -> None:
                 assert successors[q][successors[q] >= 0].min() == distance - 1
 
 
-def random_condition(rng: np.random.Generator, depth: int) -> Condition:
+def random_condition(rng: np.random.Generator, depth: int) -> Acceptance:
     if depth == 0 or rng.random() < 0.2:
-        mark = int(rng.integers(4))
-        return Inf(mark) if rng.random() < 0.5 else Fin(mark)
-    parts = tuple(random_condition(rng, depth - 1) for _ in range(int(rng.integers(1, 4))))
-    return All(parts) if rng.random() < 0.5 else Some(parts)
+        mark, partner = (1 << int(mark) for mark in rng.integers(4, size=2))
+        return ((Clause(mark, 0),), (Clause(0, mark),), (Clause(0, 0, ((mark, partner),)),))[rng.integers(3)]
+    parts = [random_condition(rng, depth - 1) for _ in range(int(rng.integers(1, 4)))]
+    return functools.reduce(conjunction if rng.random() < 0.5 else disjunction, parts)
 
 
-def brute_force(edges: list[list[tuple[int, int]]], condition: Condition) -> set[int]:
+def brute_force(edges: list[list[tuple[int, int]]], condition: Acceptance) -> set[int]:
     """Nodes on an accepting closed walk: all sets of marks that a closed walk from each node can collect."""
     found = set()
     for start in range(len(edges)):

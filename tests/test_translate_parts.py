@@ -12,34 +12,30 @@ from formula_of_node import closure_of, formula_of_node, formula_of_obligation, 
 from random_ltl import random_formula, random_nesting, random_task, random_word
 
 from ltlc.automata import equivalent_states
-from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
-from ltlc.budget import Budget
-from ltlc.errors import StateLimitExceeded
-from ltlc.ltl import Formula, LassoWord, parse, satisfies
-from ltlc.translate import translate
-from ltlc.translate.bitset import bits
-from ltlc.translate.closure import Closure
-from ltlc.translate.components import Breakpoint, Complement, Finite
-from ltlc.translate.decomposition import decompose
-from ltlc.translate.emerson_lei import (
+from ltlc.automata.acceptance import (
     ALWAYS,
     NEVER,
     Acceptance,
-    Edge,
-    EmersonLei,
-    complement,
+    Clause,
     conjunction,
     disjunction,
     holds,
-    localized,
-    minimized_weak,
     negation,
-    reduced,
     restrict,
     simplify,
 )
+from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.automata.emerson_lei import Edge, EmersonLei, complement, localized, minimized_weak, reduced
+from ltlc.automata.rabin_pairs import Counters, CycleDecomposition, InnerEdge, to_rabin
+from ltlc.budget import Budget
+from ltlc.errors import StateLimitExceeded
+from ltlc.graph import bits
+from ltlc.ltl import Formula, LassoWord, parse, satisfies
+from ltlc.translate import translate
+from ltlc.translate.closure import Closure
+from ltlc.translate.components import Breakpoint, Complement, Finite
+from ltlc.translate.decomposition import decompose
 from ltlc.translate.normal_form import normal_form
-from ltlc.translate.pairs import Counters, CycleDecomposition, InnerEdge, rabin_automaton
 from ltlc.translate.product import assign, combine
 from ltlc.translate.safra import determinize, parity
 from ltlc.translate.tableau import tableau
@@ -377,18 +373,22 @@ def test_decided_components_leave_the_skeleton() -> None:
 # -- acceptance conditions --------------------------------------------------------------------------------------------
 
 
-def random_condition(rng: random.Random, n_marks: int) -> Acceptance:
+def random_condition(rng: random.Random, n_marks: int, n_promises: int = 0) -> Acceptance:
     def some() -> int:
         return sum(1 << m for m in range(n_marks) if rng.random() < 0.3)
 
-    return tuple((some(), some()) for _ in range(rng.randint(0, 4)))
+    def promises() -> Iterator[tuple[int, int]]:
+        for _ in range(rng.randint(0, n_promises)):
+            yield 1 << rng.randrange(n_marks), 1 << rng.randrange(n_marks)
+
+    return tuple(Clause(some(), some(), tuple(promises())) for _ in range(rng.randint(0, 4)))
 
 
 def test_conditions_by_truth_table() -> None:
     rng = random.Random(9)
     n_marks = 4
     for _ in range(400):
-        a, b = random_condition(rng, n_marks), random_condition(rng, n_marks)
+        a, b = random_condition(rng, n_marks, 2), random_condition(rng, n_marks, 2)
         possible = rng.randrange(1 << n_marks)
         certain = possible & rng.randrange(1 << n_marks)
         for seen in range(1 << n_marks):
@@ -441,22 +441,22 @@ def test_pairs_express_any_condition_on_any_component() -> None:
 
 def test_cycle_decomposition_by_hand() -> None:
     loops = [InnerEdge(0, 0, 1 << m) for m in range(3)]
-    needs_all = ((0, 0b111),)
+    needs_all = (Clause(0, 0b111),)
     assert CycleDecomposition(needs_all, loops).size([0]) == 3  # one leaf for each pair of loops that lacks one
     assert Counters(needs_all).size([0]) == 3
-    assert CycleDecomposition(((0, 1), (0, 2), (0, 4)), loops).size([0]) == 1
-    parity_like = ((0, 0b001), (0b010, 0b100))
+    assert CycleDecomposition((Clause(0, 1), Clause(0, 2), Clause(0, 4)), loops).size([0]) == 1
+    parity_like = (Clause(0, 0b001), Clause(0b010, 0b100))
     assert CycleDecomposition(parity_like, loops).size([0]) == 1
-    streett = ((0b001, 0), (0, 0b110))  # Fin(0) | Inf(1) & Inf(2)
+    streett = (Clause(0b001, 0), Clause(0, 0b110))  # Fin(0) | Inf(1) & Inf(2)
     assert CycleDecomposition(streett, loops).n_pairs >= 1
     everything = CycleDecomposition(ALWAYS, loops)
     assert (everything.n_pairs, everything.size([0])) == (1, 1)
 
 
 def test_clauses_with_equal_lists_share_a_counter() -> None:
-    assert Counters(((0b100, 0b011), (0b1000, 0b011))).size([0, 1]) == 4
-    assert Counters(((0b100, 0b011), (0b100, 0b11000))).size([0, 1]) == 8
-    assert Counters(((0, 1), (2, 4))).size([0, 1]) == 2
+    assert Counters((Clause(0b100, 0b011), Clause(0b1000, 0b011))).size([0, 1]) == 4
+    assert Counters((Clause(0b100, 0b011), Clause(0b100, 0b11000))).size([0, 1]) == 8
+    assert Counters((Clause(0, 1), Clause(2, 4))).size([0, 1]) == 2
 
 
 # -- weak automata ----------------------------------------------------------------------------------------------------
@@ -470,7 +470,7 @@ def test_weak_automata_become_as_small_as_their_language_allows() -> None:
         skeleton, components = decompose(closure, closure.root, budget)
         automaton = localized(combine(skeleton, components, closure.letters.all, budget))
         smallest = minimized_weak(automaton)
-        arrays = rabin_automaton(smallest, closure.letters, budget)
+        arrays = to_rabin(smallest, closure.letters.aps, closure.letters.letter_class, budget)
         assert len(set(equivalent_states(arrays).tolist())) == smallest.n_states, formula
         for _ in range(8):
             word = random_word(rng, closure.letters.aps)

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc import graph
-from ltlc.automata.emptiness import All, Fin, Inf, MarkedGraph, accepting_nodes, streett
+from ltlc.automata.acceptance import rabin_pair, streett
+from ltlc.automata.emptiness import MarkedGraph, accepting_nodes
 
 _Array = TypeVar("_Array", bound=npt.NDArray[np.generic])
 
@@ -85,10 +86,10 @@ def annotate(automaton: HasMarkedGraph) -> Annotations:
     accepting: set[int] = set()
     live_pairs = np.zeros((n_pairs, n_states), dtype=np.bool_)
     for i in range(n_pairs):
-        on_cycle = accepting_nodes(edges, All((Fin(2 * i), Inf(2 * i + 1))), cyclic)
+        on_cycle = accepting_nodes(edges, (rabin_pair(i),), cyclic)
         accepting |= on_cycle
         live_pairs[i, graph.reachable(predecessors, sorted(on_cycle))] = True
-    rejecting = accepting_nodes(edges, streett(n_pairs), cyclic)
+    rejecting = accepting_nodes(edges, (streett(n_pairs),), cyclic)
 
     distance = graph.distances(predecessors, sorted(accepting))
     not_universal = set(graph.reachable(predecessors, sorted(rejecting)))

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ltlc.automata.emptiness import All, Inf, accepting_nodes
+from ltlc.automata.acceptance import Clause
+from ltlc.automata.emptiness import accepting_nodes
 from ltlc.errors import InvalidAutomatonError
 
 
@@ -73,4 +74,4 @@ class BuchiAutomaton:
                         number[node] = len(order)
                         order.append(node)
                     rows[-1].append((number[node], marks))
-        return bool(accepting_nodes(rows, All(tuple(Inf(i) for i in range(self.n_sets)))))
+        return bool(accepting_nodes(rows, (Clause(0, (1 << self.n_sets) - 1),)))

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.automata.acceptance import exactly_one, only_first
 from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
-from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_walk, exactly_one, only_first
+from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_walk
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded

@@ -1,4 +1,4 @@
-"""Cycles that satisfy an acceptance condition, for any Boolean combination of Fin and Inf.
+"""Cycles that satisfy an acceptance condition.
 
 A `MarkedGraph` is what acceptance is about: per node its distinct (successor, marks) edges, the marks of an edge being
 the bits of an integer. The graph of a Rabin automaton uses bit 2i for Fin and bit 2i+1 for Inf of pair i, as HOA does.
@@ -11,38 +11,12 @@ from functools import partial
 from typing import NamedTuple
 
 from ltlc import graph
+from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.budget import check_time
 
 MarkedGraph = Sequence[Sequence[tuple[int, int]]]
 Edge = tuple[int, int, int]
 """source, target, marks."""
-
-
-class Fin(NamedTuple):
-    """The mark is taken finitely often."""
-
-    mark: int
-
-
-class Inf(NamedTuple):
-    """The mark is taken infinitely often."""
-
-    mark: int
-
-
-class All(NamedTuple):
-    """Every part holds; of no part, true."""
-
-    parts: tuple[Condition, ...]
-
-
-class Some(NamedTuple):
-    """Some part holds; of no part, false."""
-
-    parts: tuple[Condition, ...]
-
-
-Condition = Fin | Inf | All | Some | bool
 
 
 class AcceptingPart(NamedTuple):
@@ -56,82 +30,17 @@ class AcceptingPart(NamedTuple):
     """marks such that any closed walk in the part that takes them all is accepted."""
 
 
-def rabin(n_pairs: int, offset: int = 0) -> Condition:
-    """Some pair i has its Fin mark (offset + 2i) finitely and its Inf mark (offset + 2i + 1) infinitely often."""
-    return Some(tuple(All((Fin(offset + 2 * i), Inf(offset + 2 * i + 1))) for i in range(n_pairs)))
-
-
-def streett(n_pairs: int, offset: int = 0) -> Condition:
-    """The negation of `rabin`."""
-    return negation(rabin(n_pairs, offset))
-
-
-def only_first(n_first: int, n_second: int) -> Some:
-    """The first automaton accepts and the second does not, whose marks come after those of the first.
-
-    Written with one Rabin pair at a time, which keeps the search polynomial.
-    """
-    return _rabin_and(n_first, 0, streett(n_second, 2 * n_first))
-
-
-def exactly_one(n_first: int, n_second: int) -> Some:
-    """One of two automata accepts and the other does not; marks as in `only_first`."""
-    only_second = _rabin_and(n_second, 2 * n_first, streett(n_first))
-    return Some((*only_first(n_first, n_second).parts, *only_second.parts))
-
-
-def _rabin_and(n_pairs: int, offset: int, other: Condition) -> Some:
-    return Some(tuple(All((Fin(mark), Inf(mark + 1), other)) for mark in range(offset, offset + 2 * n_pairs, 2)))
-
-
-def negation(condition: Condition) -> Condition:
-    """The condition that holds exactly where this one does not."""
-    match condition:
-        case Fin(mark):
-            return Inf(mark)
-        case Inf(mark):
-            return Fin(mark)
-        case All(parts):
-            return Some(tuple(negation(part) for part in parts))
-        case Some(parts):
-            return All(tuple(negation(part) for part in parts))
-    return not condition
-
-
-def holds(condition: Condition, seen: int) -> bool:
-    """Whether the condition holds when exactly the marks in `seen` are taken infinitely often."""
-    match condition:
-        case Fin(mark):
-            return not seen >> mark & 1
-        case Inf(mark):
-            return bool(seen >> mark & 1)
-        case All(parts):
-            return all(holds(part, seen) for part in parts)
-        case Some(parts):
-            return any(holds(part, seen) for part in parts)
-    return condition
-
-
-class _Clause(NamedTuple):
-    """No mark of `avoided`, every mark of `needed`, and whenever a mark of a promise then its partner."""
-
-    avoided: int
-    needed: int
-    promises: tuple[tuple[int, int], ...]
-
-
 def accepting_parts(
-    edges: MarkedGraph, condition: Condition, components: Iterable[Sequence[int]] | None = None
+    edges: MarkedGraph, acceptance: Acceptance, components: Iterable[Sequence[int]] | None = None
 ) -> Iterator[AcceptingPart]:
     """Parts that together cover every node, and every edge, that lies on an accepting cycle.
 
-    Exact for every condition, and polynomial for Rabin, for Streett, and for one Rabin pair with Streett: the condition
-    is a disjunction of clauses with Streett pairs, and a strong component that breaks a pair is searched again without
-    the edges that ask for its other half.
+    Exact, and polynomial in the size of the condition: a strong component that breaks a promise of a clause is searched
+    again without the edges that ask for the partner.
 
     Args:
         edges: the graph.
-        condition: acceptance of a run by the marks it takes infinitely often.
+        acceptance: of a run by the marks it takes infinitely often.
         components: sets of nodes to look into; by default the whole graph.
 
     References:
@@ -140,20 +49,19 @@ def accepting_parts(
         E. A. Emerson, C.-L. Lei, Modalities for model checking: branching time logic strikes back, Science of Computer
         Programming 8, 1987, doi 10.1016/0167-6423(87)90036-0 (Streett pairs).
     """
-    clauses = _clauses(condition)
     for within in [range(len(edges))] if components is None else components:
         for nodes, seen in _strong_parts(edges, within, 0):
-            for clause in clauses:
-                if not clause.needed & ~seen:
+            for clause in acceptance:
+                if not clause.inf & ~seen:
                     yield from _clause_parts(edges, nodes, seen, clause)
 
 
-def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: _Clause) -> Iterator[AcceptingPart]:
+def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: Clause) -> Iterator[AcceptingPart]:
     todo = [(nodes, seen, 0)]
     while todo:
         nodes, seen, avoided = todo.pop()
-        broken = clause.avoided & seen
-        needed = clause.needed
+        broken = clause.fin & seen
+        needed = clause.inf
         for mark, partner in clause.promises:
             if mark & seen:
                 if partner & seen:
@@ -165,21 +73,21 @@ def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: _
             continue
         avoided |= broken
         for part, marks in _strong_parts(edges, nodes, avoided):
-            if not clause.needed & ~marks:
+            if not clause.inf & ~marks:
                 todo.append((part, marks, avoided))
 
 
 def accepting_nodes(
-    edges: MarkedGraph, condition: Condition, components: Iterable[Sequence[int]] | None = None
+    edges: MarkedGraph, acceptance: Acceptance, components: Iterable[Sequence[int]] | None = None
 ) -> set[int]:
     """The nodes that lie on an accepting cycle."""
-    return {node for part in accepting_parts(edges, condition, components) for node in part.nodes}
+    return {node for part in accepting_parts(edges, acceptance, components) for node in part.nodes}
 
 
-def accepting_walk(edges: MarkedGraph, condition: Condition, start: int) -> tuple[list[Edge], list[Edge]] | None:
+def accepting_walk(edges: MarkedGraph, acceptance: Acceptance, start: int) -> tuple[list[Edge], list[Edge]] | None:
     """A prefix from `start` and a cycle that together make an accepted walk, or None if there is none."""
     order = graph.reachable([[target for target, _ in row] for row in edges], [start])
-    part = next(accepting_parts(edges, condition, [sorted(order)]), None)
+    part = next(accepting_parts(edges, acceptance, [sorted(order)]), None)
     if part is None:
         return None
     inside, avoided = set(part.nodes), part.avoided
@@ -245,28 +153,3 @@ def _strong_parts(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> Ite
                     n_edges += 1
         if n_edges:
             yield [nodes[i] for i in members], seen
-
-
-def _clauses(condition: Condition) -> list[_Clause]:
-    """Disjunctive normal form, in which Fin(a) | Inf(b) stays whole as a promise."""
-    match condition:
-        case Fin(mark):
-            return [_Clause(1 << mark, 0, ())]
-        case Inf(mark):
-            return [_Clause(0, 1 << mark, ())]
-        case Some((Inf(partner), Fin(mark))) | Some((Fin(mark), Inf(partner))):
-            return [_Clause(0, 0, ((1 << mark, 1 << partner),))]
-        case Some(parts):
-            return [clause for part in parts for clause in _clauses(part)]
-        case All(parts):
-            result = [_Clause(0, 0, ())]
-            for part in parts:
-                choices = _clauses(part)
-                before, result = result, []
-                for c in before:
-                    check_time()
-                    result += [
-                        _Clause(c.avoided | d.avoided, c.needed | d.needed, c.promises + d.promises) for d in choices
-                    ]
-            return result
-    return [_Clause(0, 0, ())] if condition else []

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc import graph
-from ltlc.automata.emptiness import accepting_nodes, exactly_one
+from ltlc.automata.acceptance import exactly_one
+from ltlc.automata.emptiness import accepting_nodes
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
 from ltlc.budget import check_time
 

@@ -15,7 +15,8 @@ from itertools import combinations
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.emptiness import All, Condition, Edge, Fin, Inf, Some, accepting_parts
+from ltlc.automata.acceptance import Acceptance, rabin_pair
+from ltlc.automata.emptiness import Edge, accepting_parts
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.budget import check_time
 
@@ -122,8 +123,9 @@ class Component:
         renamed = Component(self.nodes, by_new_marks, len(pairs), self.on_states)
         kept = list(range(len(pairs)))
         for i in reversed(range(len(pairs))):
-            others = tuple(Some((Inf(2 * j), Fin(2 * j + 1))) for j in kept if j != i)
-            if not renamed.on_cycles(All((Fin(2 * i), Inf(2 * i + 1), *others))):
+            others = [rabin_pair(j) for j in kept if j != i]
+            alone = rabin_pair(i)._replace(promises=tuple((other.inf, other.fin) for other in others))
+            if not renamed.on_cycles((alone,)):
                 kept.remove(i)
         return [pairs[i] for i in kept]
 
@@ -157,7 +159,7 @@ class Component:
             found = {edge for edge in self.edges if edge[1] in targets}
         return found
 
-    def on_cycles(self, condition: Condition) -> set[Edge]:
+    def on_cycles(self, acceptance: Acceptance) -> set[Edge]:
         """The edges on a cycle that satisfies the condition; with marks on states, all edges into such states."""
         index = {node: i for i, node in enumerate(self.nodes)}
         rows: list[list[tuple[int, int]]] = [[] for _ in self.nodes]
@@ -165,7 +167,7 @@ class Component:
             rows[index[edge[0]]].append((index[edge[1]], edge[2]))
         targets: set[int] = set()
         found: set[Edge] = set()
-        for part in accepting_parts(rows, condition):
+        for part in accepting_parts(rows, acceptance):
             check_time()
             inside = {self.nodes[i] for i in part.nodes}
             targets |= inside

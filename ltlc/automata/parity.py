@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ltlc.automata.emptiness import Edge, holds, rabin
+from ltlc.automata.acceptance import holds, rabin
+from ltlc.automata.emptiness import Edge
 from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton

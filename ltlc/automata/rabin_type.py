@@ -21,18 +21,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ltlc.automata.emptiness import (
-    All,
-    Condition,
-    Edge,
-    Fin,
-    Inf,
-    MarkedGraph,
-    Some,
-    accepting_parts,
-    accepting_walk,
-    streett,
-)
+from ltlc.automata.acceptance import Acceptance, rabin, rabin_pair, streett
+from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_parts, accepting_walk
 from ltlc.budget import check_time
 
 
@@ -88,14 +78,14 @@ class CycleGraph(NamedTuple):
     def accepted_parts(self, labels: int) -> list[int]:
         """The largest sets of labels of accepted cycles with these labels."""
         edges = self.within(labels)
-        return _maximal(part for i in range(self.n_pairs) for part in self._parts(edges, _pair(i)))
+        return _maximal(part for i in range(self.n_pairs) for part in self._parts(edges, (rabin_pair(i),)))
 
     def rejected_parts(self, labels: int) -> list[int]:
         """The largest sets of labels of rejected cycles with these labels."""
-        return _maximal(self._parts(self.within(labels), streett(self.n_pairs)))
+        return _maximal(self._parts(self.within(labels), (streett(self.n_pairs),)))
 
-    def _parts(self, edges: MarkedGraph, condition: Condition) -> Iterator[int]:
-        for nodes, avoided, _ in accepting_parts(edges, condition):
+    def _parts(self, edges: MarkedGraph, acceptance: Acceptance) -> Iterator[int]:
+        for nodes, avoided, _ in accepting_parts(edges, acceptance):
             inside, seen = set(nodes), 0
             for node in nodes:
                 for target, marks in edges[node]:
@@ -105,20 +95,17 @@ class CycleGraph(NamedTuple):
 
     def accepted_cycle(self, labels: int) -> list[Edge]:
         """An accepted cycle with exactly these labels, which exists."""
-        wanted = self._all_of(labels)
-        return self._cycle(labels, Some(tuple(All((*_pair(i).parts, *wanted)) for i in range(self.n_pairs))))
+        return self._cycle(labels, rabin(self.n_pairs))
 
     def rejected_cycle(self, labels: int) -> list[Edge]:
         """A rejected cycle with exactly these labels, which exists."""
-        return self._cycle(labels, All((streett(self.n_pairs), *self._all_of(labels))))
+        return self._cycle(labels, (streett(self.n_pairs),))
 
-    def _all_of(self, labels: int) -> list[Inf]:
-        return [Inf(2 * self.n_pairs + k) for k in range(labels.bit_length()) if labels >> k & 1]
-
-    def _cycle(self, labels: int, condition: Condition) -> list[Edge]:
+    def _cycle(self, labels: int, acceptance: Acceptance) -> list[Edge]:
+        acceptance = tuple(c._replace(inf=c.inf | labels << 2 * self.n_pairs) for c in acceptance)
         edges = self.within(labels)
         for start, row in enumerate(edges):
-            if row and (walk := accepting_walk(edges, condition, start)) is not None:
+            if row and (walk := accepting_walk(edges, acceptance, start)) is not None:
                 return walk[1]
         raise AssertionError("no cycle with these labels")
 
@@ -127,10 +114,6 @@ def _maximal(found: Iterable[int]) -> list[int]:
     """The sets of labels that are inside no other."""
     distinct = list(dict.fromkeys(found))
     return [part for part in distinct if not any(part & ~other == 0 and part != other for other in distinct)]
-
-
-def _pair(i: int) -> All:
-    return All((Fin(2 * i), Inf(2 * i + 1)))
 
 
 def rabin_condition(

@@ -10,8 +10,9 @@ from itertools import permutations
 
 import numpy as np
 
+from ltlc.automata.acceptance import Acceptance, exactly_one
 from ltlc.automata.canonical import canonical
-from ltlc.automata.emptiness import Condition, Edge, accepting_parts, exactly_one
+from ltlc.automata.emptiness import Edge, accepting_parts
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
@@ -132,7 +133,7 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     return marks
 
 
-def _same_acceptance(component: Component, marks: Mapping[Edge, int], differ: Condition) -> bool:
+def _same_acceptance(component: Component, marks: Mapping[Edge, int], differ: Acceptance) -> bool:
     """Whether every cycle is accepted with these marks iff it is with the old ones."""
     index = {node: i for i, node in enumerate(component.nodes)}
     rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]

@@ -19,8 +19,8 @@ from collections.abc import Callable
 from functools import reduce
 
 from ltlc.budget import Budget, check_time
+from ltlc.graph import bits
 from ltlc.ltl import Formula
-from ltlc.translate.bitset import bits
 from ltlc.translate.letters import Letters
 from ltlc.translate.nodes import Nodes
 

@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Protocol
 
+from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, Clause, negation
 from ltlc.budget import check_time
-from ltlc.translate.bitset import bits
+from ltlc.graph import bits
 from ltlc.translate.closure import FALSE, TRUE, Closure, Obligation
-from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, negation
 
 _MANY = 16
 """A loop over more than so many moves asks for the time itself."""
@@ -128,7 +128,7 @@ class Breakpoint:
 
     def condition(self, state: Hashable) -> Acceptance:
         """See `Component`."""
-        return ((0, 1),)
+        return (Clause(0, 1),)
 
     def decided(self, state: Hashable) -> bool | None:
         """See `Component`."""

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from ltlc.automata.emerson_lei import EmersonLei
 from ltlc.budget import Budget
 from ltlc.errors import InvalidArgumentError
 from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
-from ltlc.translate.emerson_lei import EmersonLei
 from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
 

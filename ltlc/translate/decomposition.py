@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Hashable
 from functools import reduce
 
+from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance
+from ltlc.automata.emerson_lei import EmersonLei, complement, reduced
 from ltlc.budget import Budget, check_time
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Component, Finite, Successors
-from ltlc.translate.emerson_lei import ALWAYS, NEVER, Acceptance, EmersonLei, complement, reduced
 from ltlc.translate.product import Skeleton, antichain
 from ltlc.translate.safra import determinize
 from ltlc.translate.tableau import tableau

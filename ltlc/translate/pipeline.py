@@ -9,8 +9,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ltlc.automata import canonical
+from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
+from ltlc.automata.rabin_pairs import to_rabin
 from ltlc.budget import Budget, Overtime, check_time, has_time, overtime, time_limit
 from ltlc.errors import (
     DepthLimitExceeded,
@@ -27,9 +29,7 @@ from ltlc.minimize.reduce import settled
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
-from ltlc.translate.emerson_lei import reduced
 from ltlc.translate.letters import Letters, letters_of
-from ltlc.translate.pairs import rabin_automaton
 
 Effort = Literal["fast", "default", "best"]
 FAIR = ("product",)
@@ -167,7 +167,7 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         try:
             closure = problem.closure(budget)
             emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-            chain = split(rabin_automaton(emerson_lei, closure.letters, budget, parity=True))
+            chain = split(to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget, parity=True))
             if not has_time() or _n_copies(automaton) > _PATIENCE * chain.n_states:
                 return _canonical(chain)
         except LimitExceeded:
@@ -247,7 +247,7 @@ def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
 def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:
     """The automaton of a construction, with as few states as merging those of one language gives."""
     emerson_lei = reduced(construction.build(closure, budget))
-    automaton = rabin_automaton(emerson_lei, closure.letters, budget)
+    automaton = to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, least=automaton.n_states)
     automaton = settled(automaton)

@@ -16,18 +16,11 @@ from collections.abc import Hashable, Iterable, Sequence
 from functools import reduce
 
 from ltlc import graph
+from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, Clause, conjunction, disjunction
+from ltlc.automata.emerson_lei import EmersonLei, explore
 from ltlc.budget import Budget, check_time
-from ltlc.translate.bitset import bits
+from ltlc.graph import bits
 from ltlc.translate.components import Component, Successors
-from ltlc.translate.emerson_lei import (
-    ALWAYS,
-    NEVER,
-    Acceptance,
-    EmersonLei,
-    conjunction,
-    disjunction,
-    explore,
-)
 
 Skeleton = tuple[int, ...]
 """A positive Boolean combination of components: clauses of component bits, an antichain, sorted."""
@@ -131,7 +124,7 @@ class _Product:
 
     def _shifted(self, component: int, condition: Acceptance) -> Acceptance:
         shift = self._first_mark[component]
-        return tuple((fin << shift, inf << shift) for fin, inf in condition)
+        return tuple([Clause(c.fin << shift, c.inf << shift) for c in condition])
 
 
 def _mentioned(skeleton: Skeleton) -> int:

@@ -18,9 +18,10 @@ References:
 
 from __future__ import annotations
 
+from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.automata.buchi import BuchiAutomaton
+from ltlc.automata.emerson_lei import EmersonLei, explore
 from ltlc.budget import Budget, check_time
-from ltlc.translate.emerson_lei import Acceptance, EmersonLei, explore
 
 Path = tuple[int, ...]
 Places = tuple[tuple[int, Path], ...]
@@ -53,7 +54,7 @@ def determinize(automaton: BuchiAutomaton, budget: Budget) -> EmersonLei:
 def parity(n_priorities: int) -> Acceptance:
     """The least priority seen infinitely often is odd; mark p stands for priority p, no mark for none."""
     even = sum(1 << p for p in range(0, n_priorities, 2))
-    return tuple(sorted(((1 << p) - 1 & even, 1 << p) for p in range(1, n_priorities, 2)))
+    return tuple(sorted(Clause((1 << p) - 1 & even, 1 << p) for p in range(1, n_priorities, 2)))
 
 
 def _indistinguishable(automaton: BuchiAutomaton, places: Places, letters: int, budget: Budget) -> list[int]:

@@ -15,10 +15,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.automata.emerson_lei import explore
 from ltlc.budget import Budget, check_time
-from ltlc.translate.bitset import bits
+from ltlc.graph import bits
 from ltlc.translate.closure import Closure
-from ltlc.translate.emerson_lei import explore
 
 _MANY = 64
 """A comparison with more than so many moves asks for the time."""

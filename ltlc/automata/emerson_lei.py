@@ -1,12 +1,9 @@
 """Deterministic automata with Emerson-Lei acceptance: what the constructions build before Rabin pairs are formed.
 
-An acceptance condition is a disjunction of clauses (fin, inf) of two mark sets: a clause holds iff no mark of `fin` and
-every mark of `inf` is seen infinitely often. It may differ from one strong component to the next, which is sound since
-a run settles in one of them, and lets a component forget the marks that no longer matter in it.
+The acceptance condition (without promises, see `acceptance`) may differ from one strong component to the next, which is
+sound since a run settles in one of them, and lets a component forget the marks that no longer matter in it.
 
 References:
-    E. A. Emerson, C.-L. Lei: Modalities for Model Checking: Branching Time Logic Strikes Back. Science of Computer
-    Programming 8, 1987, doi 10.1016/0167-6423(87)90036-0.
     C. Loeding: Efficient minimization of deterministic weak omega-automata. Information Processing Letters 79, 2001,
     doi 10.1016/S0020-0190(00)00183-6.
 """
@@ -17,15 +14,10 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Final, NamedTuple, TypeVar
 
 from ltlc import graph
+from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, negation, restrict
 from ltlc.budget import NO_LIMIT, Budget, check_time
-from ltlc.translate.bitset import bits
 
-Acceptance = tuple[tuple[int, int], ...]
 State = TypeVar("State", bound=Hashable)
-ALWAYS: Acceptance = ((0, 0),)
-NEVER: Acceptance = ()
-_MANY = 16
-"""A loop over more than so many clauses asks for the time itself."""
 
 
 class Edge(NamedTuple):
@@ -75,57 +67,6 @@ class EmersonLei:
     def relabelled(self, edges: tuple[tuple[Edge, ...], ...], acceptance: tuple[Acceptance, ...]) -> EmersonLei:
         """Other marks and conditions on the same graph, whose strong components are not looked for again."""
         return EmersonLei(edges, acceptance, self.component)
-
-
-# -- acceptance conditions --------------------------------------------------------------------------------------------
-
-
-def simplify(clauses: Iterable[tuple[int, int]]) -> Acceptance:
-    """Without contradictory and subsumed clauses, sorted."""
-    kept: list[tuple[int, int]] = []
-    for fin, inf in sorted(set(clauses), key=lambda c: (c[0].bit_count() + c[1].bit_count(), c)):
-        if kept and not len(kept) & 63:
-            check_time()
-        if not fin & inf and not any(f & ~fin == 0 and i & ~inf == 0 for f, i in kept):
-            kept.append((fin, inf))
-    return tuple(sorted(kept))
-
-
-def conjunction(a: Acceptance, b: Acceptance) -> Acceptance:
-    """Both conditions hold."""
-    clauses: set[tuple[int, int]] = set()
-    for f, i in a:
-        if len(b) > _MANY:
-            check_time()
-        clauses.update([(f | g, i | j) for g, j in b])
-    return simplify(clauses)
-
-
-def disjunction(a: Acceptance, b: Acceptance) -> Acceptance:
-    """At least one of the conditions holds."""
-    return simplify((*a, *b))
-
-
-def negation(a: Acceptance) -> Acceptance:
-    """The condition fails."""
-    result = ALWAYS
-    for fin, inf in a:
-        result = conjunction(result, simplify([(0, 1 << m) for m in bits(fin)] + [(1 << m, 0) for m in bits(inf)]))
-    return result
-
-
-def holds(a: Acceptance, seen: int) -> bool:
-    """Whether a run that sees exactly the marks `seen` infinitely often is accepted."""
-    return any(not fin & seen and not inf & ~seen for fin, inf in a)
-
-
-def restrict(a: Acceptance, possible: int, certain: int) -> Acceptance:
-    """The condition where only `possible` marks exist and the `certain` ones are on every edge."""
-    clauses = ((fin & possible, inf & ~certain) for fin, inf in a if not inf & ~possible and not fin & certain)
-    return simplify(clauses)
-
-
-# -- automata ---------------------------------------------------------------------------------------------------------
 
 
 def explore(
@@ -196,8 +137,8 @@ def localized(automaton: EmersonLei) -> EmersonLei:
         here = component[q]
         if certain[here] != -1 and not useful[here] and conditions[here] == NEVER:
             conditions[here] = restrict(condition, possible[here], certain[here])
-            for fin, inf in conditions[here]:
-                useful[here] |= fin | inf
+            for clause in conditions[here]:
+                useful[here] |= clause.fin | clause.inf
     kept = []
     for q, edges in enumerate(automaton.edges):
         if not q & 15:

@@ -23,12 +23,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ltlc import graph
+from ltlc.automata.acceptance import Acceptance, holds, negation
 from ltlc.automata.alphabet import grouped
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.emerson_lei import Edge, EmersonLei, explore, merged
+from ltlc.automata.rabin import IntArray, RabinAutomaton
 from ltlc.budget import Budget, check_time
-from ltlc.translate.bitset import bits
-from ltlc.translate.emerson_lei import ALWAYS, Acceptance, Edge, EmersonLei, explore, holds, merged, negation
-from ltlc.translate.letters import Letters
+from ltlc.graph import bits
 
 _MAX_CYCLE_NODES = 2000
 _PAIRS_PER_ENTRY = 16
@@ -66,7 +66,7 @@ class Counters:
     def __init__(self, condition: Acceptance) -> None:
         self._condition = condition
         self.n_pairs = len(condition)
-        lists = {inf for _, inf in condition if inf.bit_count() > 1}
+        lists = {clause.inf for clause in condition if clause.inf.bit_count() > 1}
         self._waits = {inf: bits(inf) for inf in sorted(lists)}
         self.is_constant = not lists
 
@@ -88,7 +88,7 @@ class Counters:
             following += radix * level
             radix *= len(waits)
         fins = infs = 0
-        for i, (fin, inf) in enumerate(self._condition):
+        for i, (fin, inf, _) in enumerate(self._condition):
             if fin & edge.marks:
                 fins |= 1 << i
             if met[inf] if inf in met else not inf & ~edge.marks:
@@ -147,7 +147,7 @@ class CycleDecomposition:
     def _maximal_parts(self, edges: frozenset[int], ways: Acceptance, wanted: bool) -> list[frozenset[int]]:
         """The largest strongly connected sets of edges whose cycles, taken together, have the wanted status."""
         found: dict[frozenset[int], None] = {}
-        for fin, _ in ways:
+        for fin, _, _ in ways:
             check_time()
             kept = sorted(e for e in edges if not self._edges[e].marks & fin)
             for part in _strong_edge_sets(kept, self._edges):
@@ -218,19 +218,22 @@ def _strong_edge_sets(kept: Sequence[int], edges: Sequence[InnerEdge]) -> list[f
     return [frozenset(part) for part in parts.values()]
 
 
-def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, parity: bool = False) -> RabinAutomaton:
+def to_rabin(
+    automaton: EmersonLei, aps: tuple[str, ...], letter_class: IntArray, budget: Budget, *, parity: bool = False
+) -> RabinAutomaton:
     """The transition-based Rabin automaton of a (localized) Emerson-Lei automaton.
 
-    With `parity`, the second way is taken wherever it can be: its marks form chains, which suits marks on states.
+    Args:
+        automaton: its letters are letter classes.
+        aps: propositions of the result.
+        letter_class: shape (2**len(aps),); entry = class of the letter.
+        budget: on the states and the size of the tables.
+        parity: take the second way wherever it can be: its marks form chains, which suits marks on states.
+
+    Raises:
+        StateLimitExceeded, TimeLimitExceeded: the budget ran out.
     """
     component = automaton.component
-    if automaton.is_weak:
-        accepting = [condition == ALWAYS for condition in automaton.acceptance]
-        weak_edges = [
-            [Edge(e.letters, e.target, int(accepting[q] and component[e.target] == component[q])) for e in out]
-            for q, out in enumerate(automaton.edges)
-        ]
-        return _as_arrays(weak_edges, 1, letters, budget)
     memories: list[Memory] = [
         _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
     ]
@@ -254,7 +257,7 @@ def rabin_automaton(automaton: EmersonLei, letters: Letters, budget: Budget, *, 
         edges = [merged((e.letters, e.target, move(q, 0, e)[1]) for e in out) for q, out in enumerate(automaton.edges)]
     else:
         _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
-    return _as_arrays(edges, n_pairs, letters, budget)
+    return _as_arrays(edges, n_pairs, aps, letter_class, budget)
 
 
 def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], parity: bool) -> Memory:
@@ -275,10 +278,12 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
     return decomposition if parity or decomposition.size(members) <= counters.size(members) else counters
 
 
-def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters, budget: Budget) -> RabinAutomaton:
+def _as_arrays(
+    edges: Sequence[Sequence[Edge]], n_pairs: int, aps: tuple[str, ...], letter_class: IntArray, budget: Budget
+) -> RabinAutomaton:
     """Dense tables over the coarsest letter classes that the edges respect."""
     distinct = list(dict.fromkeys(e.letters for out in edges for e in out))
-    block_of, block_sets = grouped(distinct, letters.n_classes)
+    block_of, block_sets = grouped(distinct, int(letter_class.max()) + 1)
     n_blocks = int(block_of.max()) + 1
     budget.check_table(len(edges), n_blocks * max(1, n_pairs // _PAIRS_PER_ENTRY))
     columns = dict(zip(distinct, map(bits, block_sets), strict=True))
@@ -295,4 +300,4 @@ def _as_arrays(edges: Sequence[Sequence[Edge]], n_pairs: int, letters: Letters, 
         check_time()
         fin[i], inf[i] = table >> (n_pairs + i) & 1, table >> i & 1
     delta = np.array(targets, dtype=np.int32)
-    return RabinAutomaton(letters.aps, delta, block_of[letters.letter_class], fin, inf, acceptance="transition")
+    return RabinAutomaton(aps, delta, block_of[letter_class], fin, inf, acceptance="transition")
