@@ -140,6 +140,6 @@ def test_sizes_for_a_person() -> None:
 def test_a_file_is_put_together_once(tmp_path: Path) -> None:
     """The head with the checksum stands before what torch writes, and what is read is what was written."""
     path = write_file(tmp_path / "a", "checkpoint", {"x": torch.arange(5)})
-    assert read_file(path, "checkpoint")["x"].tolist() == [0, 1, 2, 3, 4]
+    assert read_file(path, "checkpoint")["x"].value.tolist() == [0, 1, 2, 3, 4]
     head, _, payload = path.read_bytes().partition(b"\n")
     assert len(head.split()) == 4 and torch.load(io.BytesIO(payload), weights_only=True)["x"].sum() == 10
