@@ -185,7 +185,8 @@ class TestTabular:
         place = Path(f"runs/f-a-f-b-thesis5x5-v0-{agent}-0")
         files = {path.name for path in place.iterdir()} - {"dra.svg"}
         assert files == {
-            "config.json", "dra.json", "metrics.csv", "policy.ltlc", "result.json", "policy.png", "curve.png",
+            "config.json", "dra.json", "metrics.csv", "times.csv", "policy.ltlc", "result.json", "policy.png",
+            "curve.png",
         }  # fmt: skip
         result = json.loads((place / "result.json").read_text())
         assert result["exact"] and result["learned"]["satisfaction"] == pytest.approx(1)
@@ -209,7 +210,7 @@ class TestTabular:
         assert running.returncode == 130
         assert "q-learning keeps no checkpoint. Begin anew with: ltlc train --resume --out cut" in error
         assert "Traceback" not in error
-        assert {path.name for path in Path("cut").iterdir()} == {"config.json", "dra.json", "metrics.csv"}
+        assert {path.name for path in Path("cut").iterdir()} == {"config.json", "dra.json", "metrics.csv", "times.csv"}
         assert RunFolder.open("cut").metrics()[0]["steps"] >= 2000
         assert run(["evaluate", "cut"]) == 2
 
@@ -218,7 +219,7 @@ class TestTabular:
         assert run(train) == 0
         Path("done/metrics.csv").write_text("")
         assert run(["train", "--resume", "--out", "done"]) != 0
-        assert "metrics.csv has no rows; begin anew with --force" in capsys.readouterr().err
+        assert "metrics.csv has no rows; begin anew" in capsys.readouterr().err
         config = json.loads(Path("done/config.json").read_text())
         for key, wrong in (("num_envs", "a"), ("parameters", []), ("reward", 3)):
             Path("done/config.json").write_text(json.dumps(config | {key: wrong}))

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
-from ltlc.atomic import atomic_write
+from ltlc.atomic import atomic_write_all
 from ltlc.envs import LTLVectorWrapper
 from ltlc.mdp import expected_return
 from ltlc.mdp.verdict import Judge, figure_text
 
 from ..encoder import ObservationEncoder
 from ..training.collect import Interface
-from ..training.metrics import METRICS_FILE
+from ..training.metrics import METRICS_FILE, TIMES_FILE, TIMES_HEADER, csv_line
 from ..training.shortcomings import EARLY, shortcomings
 from .config import LearnerConfig
 from .experience import Experience, check_choices
@@ -107,7 +105,7 @@ def train_learner(
         env: the environment; it is not closed.
         learner: from the registry.
         config: its hyperparameters.
-        folder: where `metrics.csv` goes; None: nowhere. The file is complete after each row.
+        folder: where `metrics.csv` and `times.csv` go; None: nowhere. They are complete after each row.
         judge: of the task, or None where the dynamics are not known.
         callback: called with each row of metrics.
 
@@ -129,7 +127,8 @@ def train_learner(
     def report(learned: Learned) -> None:
         rows.append(_row(learned, agent(learned), judge))
         if folder is not None:
-            atomic_write(folder / METRICS_FILE, _csv(rows))
+            metrics = _csv(rows, _HEADER)
+            atomic_write_all({folder / TIMES_FILE: _csv(rows, TIMES_HEADER), folder / METRICS_FILE: metrics})
         if callback is not None:
             before = rows[-2].steps if len(rows) > 1 else 0
             early = before < EARLY * config.total_steps <= learned.steps  # so that it is told once
@@ -161,12 +160,8 @@ def _row(learned: Learned, agent: TablePolicy | None, judge: Judge | None) -> Ta
     )
 
 
-def _csv(rows: list[TableRow]) -> str:
-    names = [field.name for field in fields(TableRow) if field.name != "message"]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(names)
-    for row in rows:
-        values = asdict(row)
-        writer.writerow(["" if values[name] is None else values[name] for name in names])
-    return stream.getvalue()
+_HEADER = [field.name for field in fields(TableRow) if field.name not in ("seconds", "message")]
+
+
+def _csv(rows: Sequence[TableRow], names: Sequence[str]) -> str:
+    return "".join([csv_line(names), *(csv_line(getattr(row, name) for name in names) for row in rows)])

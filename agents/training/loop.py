@@ -102,7 +102,7 @@ def train(
     Args:
         env: the environment; it is not closed.
         config: hyperparameters; None: those of the run to resume, or the defaults.
-        folder: where `metrics.csv`, `checkpoint.ltlc` and in the end `policy.ltlc` are written; None: nothing is.
+        folder: where metrics, checkpoints and in the end the policy are written; None: nothing is.
         resume: whether to go on from the checkpoint in the folder.
         callback: called with each row of metrics; stops the training by returning True.
 
@@ -203,6 +203,7 @@ class _Run:
             self._check_same_task(saved)
             self._restore(saved)
         self.metrics = Metrics(folder, self.steps)
+        self._seconds = self.metrics.seconds
         if saved is None:
             self._write()
         else:
@@ -291,7 +292,6 @@ class _Run:
             "steps": self.steps,
             "rounds": self.rounds,
             "leg": self.leg,
-            "seconds": self.seconds,
             "seen": self.collector.seen_state(),
             "generator": self.generator.get_state(),
             "agent": self.agent.state_dict(),
@@ -316,7 +316,6 @@ class _Run:
             limits = {"state": tables.n_states, "action": self.agent.n_actions, "letter_class": tables.n_classes}
             self.buffer.check_state(saved["buffer"], limits)
         self.steps, self.rounds, self.leg = (saved[name].count() for name in ("steps", "rounds", "leg"))
-        self._seconds = saved["seconds"].number(0.0)
         *counts, classes = saved["seen"].entries(4)
         read = [entry.count(most=self.agent.tables.n_classes - 1) for entry in classes.entries()]
         self.collector.load_seen_state([*(entry.count() for entry in counts), read])

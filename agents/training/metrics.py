@@ -1,21 +1,26 @@
-"""Metrics of a training run: a CSV file always, TensorBoard where it is installed."""
+"""Metrics of a training run: CSV files always, TensorBoard where it is installed.
+
+What is measured by the clock has a file of its own, so that the rest is the same in every run of a configuration.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import csv
 import io
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from ltlc.atomic import atomic_write
+from ltlc.atomic import atomic_write_all
 from ltlc.errors import FileFormatError
 
 from .collect import Episode
 from .contents import Content
 
 METRICS_FILE = "metrics.csv"
+TIMES_FILE = "times.csv"
 
 
 @dataclass(frozen=True)
@@ -51,27 +56,36 @@ class Row:
         return f"return {self.episode_return:.1f}  violations {self.violations:.2f}"
 
 
-_HEADER = tuple(field.name for field in fields(Row))
+TIMES_HEADER = ("steps", "seconds")
+_HEADER = tuple(field.name for field in fields(Row) if field.name != "seconds")
 
 
 class Metrics:
     """Collects what happens and writes a row now and then.
 
     Args:
-        folder: where `metrics.csv` and the TensorBoard events go; None: nowhere.
-        steps: environment steps made so far; what the file says about later ones is dropped.
+        folder: where `metrics.csv`, `times.csv` and the TensorBoard events go; None: nowhere.
+        steps: environment steps made so far; what the files say about later ones is dropped.
+
+    Attributes:
+        seconds: of the steps made so far, up to the last row.
 
     Raises:
-        FileFormatError: there is a `metrics.csv` that is not of a training run.
+        FileFormatError: there is a `metrics.csv` or `times.csv` that is not of a training run.
     """
 
     def __init__(self, folder: Path | None, steps: int = 0) -> None:
-        self.path = None if folder is None else folder / METRICS_FILE
+        self._folder = folder
+        self.seconds = 0.0
         self._losses: list[float] = []
         self._episodes: list[Episode] = []
         self._writer: Any = None
-        if folder is not None and self.path is not None:
-            _keep_rows(self.path, steps)
+        if folder is not None:
+            times = _kept_rows(folder / TIMES_FILE, TIMES_HEADER, steps)
+            with contextlib.suppress(ValueError):  # the header, or a number that is none
+                self.seconds = float(times[-1].split(",")[1])
+            rows = _kept_rows(folder / METRICS_FILE, _HEADER, steps)
+            atomic_write_all({folder / TIMES_FILE: "".join(times), folder / METRICS_FILE: "".join(rows)})
             with contextlib.suppress(ImportError):  # TensorBoard is optional
                 from torch.utils.tensorboard.writer import SummaryWriter  # late: it is slow
 
@@ -99,9 +113,9 @@ class Metrics:
             seconds=seconds,
         )
         self._episodes, self._losses = [], []
-        if self.path is not None:
-            with self.path.open("a", encoding="utf-8", newline="") as stream:
-                stream.write(_line(asdict(row).values()))
+        if self._folder is not None:
+            _append(self._folder / TIMES_FILE, csv_line([steps, seconds]))
+            _append(self._folder / METRICS_FILE, csv_line(getattr(row, name) for name in _HEADER))
         if self._writer is not None:
             for name, value in asdict(row).items():
                 if value is not None and name != "steps":
@@ -141,15 +155,52 @@ class Metrics:
             self._writer.close()
 
 
-def _line(values: Any) -> str:
+def csv_line(values: Iterable[Any]) -> str:
+    """A row of a CSV file; None is an empty field."""
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerow(["" if value is None else value for value in values])
     return stream.getvalue()
 
 
-def _keep_rows(path: Path, steps: int) -> None:
-    """Leave the header and the rows up to so many steps; a last line that was cut short goes too."""
-    kept = [_line(_HEADER)]
+def read_rows(folder: Path) -> list[dict[str, float | None]]:
+    """The rows of `metrics.csv` with the seconds of `times.csv`; None where there is no value.
+
+    Raises:
+        FileFormatError: a file is damaged.
+        OSError: `metrics.csv` is missing, or one is not readable.
+    """
+    rows = _numbers(folder / METRICS_FILE)
+    times = _numbers(folder / TIMES_FILE) if (folder / TIMES_FILE).exists() else []
+    seconds = [row.get("seconds") for row in times] + [None] * len(rows)
+    return [{**row, "seconds": second} for row, second in zip(rows, seconds, strict=False)]
+
+
+def _numbers(path: Path) -> list[dict[str, float | None]]:
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            return [
+                {key: float(value) if value else None for key, value in row.items()} for row in csv.DictReader(stream)
+            ]
+    except (ValueError, AttributeError, TypeError, csv.Error) as error:
+        raise FileFormatError(f"{path}: {error}") from error
+
+
+def _append(path: Path, line: str) -> None:
+    """Add a line to a file.
+
+    Raises:
+        OSError: it cannot be written; `filename` is the path.
+    """
+    try:
+        with path.open("a", encoding="utf-8", newline="") as stream:
+            stream.write(line)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def _kept_rows(path: Path, header: Iterable[str], steps: int) -> list[str]:
+    """The header and the rows up to so many steps; a last line that was cut short is left out, too."""
+    kept = [csv_line(header)]
     if steps and path.exists():
         lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
         if not lines or lines[0] != kept[0]:
@@ -158,4 +209,4 @@ def _keep_rows(path: Path, steps: int) -> None:
             first = line.split(",", 1)[0]
             if line.endswith("\n") and first.isdecimal() and int(first) <= steps:
                 kept.append(line)
-    atomic_write(path, "".join(kept))
+    return kept

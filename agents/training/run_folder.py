@@ -3,6 +3,7 @@
 config.json       the task, the environment, the hyperparameters, and the identity of the run, which its files share
 dra.json          the automaton
 metrics.csv       a row every now and then
+times.csv         seconds of training at these rows
 checkpoint.ltlc   to go on from (double DQN)
 policy.ltlc       what has been learned
 result.json       the verdict
@@ -13,7 +14,6 @@ dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import os
@@ -46,7 +46,7 @@ from ..systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
 from ..tabular.registry import LEARNERS
 from .folder_lock import locked_folder
 from .loop import CHECKPOINT_FILE, POLICY_FILE
-from .metrics import METRICS_FILE
+from .metrics import METRICS_FILE, TIMES_FILE, read_rows
 from .storage import run_of
 
 CONFIG_FILE = "config.json"
@@ -55,7 +55,8 @@ AUTOMATON_PICTURE = "dra.svg"
 RESULT_FILE = "result.json"
 POLICY_PICTURE = "policy.png"
 CURVE_PICTURE = "curve.png"
-_RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_PICTURE, METRICS_FILE, CHECKPOINT_FILE)
+_RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_PICTURE, METRICS_FILE, TIMES_FILE,
+            CHECKPOINT_FILE)  # fmt: skip
 """what a run writes after its beginning, in the order of removal: what is left is a run at any moment."""
 _EVENTS = "events.out.tfevents.*"
 """files of TensorBoard."""
@@ -326,7 +327,7 @@ class RunFolder:
         if resume and not self.keeps_checkpoints and (self.path / POLICY_FILE).exists():
             rows = self.metrics()
             if not rows:
-                raise FileFormatError(f"{self.path / METRICS_FILE} has no rows; begin anew with --force")
+                raise FileFormatError(f"{self.path / METRICS_FILE} has no rows; begin anew")
             return Trained(self.load(), int(rows[-1]["steps"] or 0), rows[-1]["seconds"] or 0.0)
         with ExitStack() as stack:
             if self._lock is None:
@@ -382,20 +383,12 @@ class RunFolder:
             )
 
     def metrics(self) -> list[dict[str, float | None]]:
-        """The rows of metrics.csv; None where a row has no value.
+        """The rows of metrics.csv, with the seconds of times.csv; None where a row has no value.
 
         Raises:
-            FileFormatError: the file is damaged.
+            FileFormatError: a file is damaged.
         """
-        path = self.path / METRICS_FILE
-        try:
-            with path.open(encoding="utf-8", newline="") as stream:
-                return [
-                    {key: float(value) if value else None for key, value in row.items()}
-                    for row in csv.DictReader(stream)
-                ]
-        except (ValueError, AttributeError) as error:
-            raise FileFormatError(f"{path}: {error}") from error
+        return read_rows(self.path)
 
     def write_result(self, result: Mapping[str, Any]) -> Path:
         """Write result.json; to hold no times, so that equal runs have equal verdicts."""
