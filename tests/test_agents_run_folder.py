@@ -265,3 +265,16 @@ class TestPlaces:
         assert run(["train", *TASK, "--resume"]) == 0
         assert "here holds no run to go on with; a new one begins" in capsys.readouterr().err
         assert RunFolder.open("here").load() is not None
+
+
+@posix
+def test_killed_commands_end_in_the_same_bytes(tmp_path: Path) -> None:
+    """The benchmark, with few kills; it runs apart, since it forks."""
+    script = ROOT / "benchmarks" / "kill.py"
+    command = [sys.executable, str(script), "--kills", "5", "--only", "table", "batch", "--json", str(tmp_path / "out")]
+    done = subprocess.run(
+        command, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    counts = json.loads((tmp_path / "out").read_text())
+    assert sum(count["kills"] for count in counts) == 5
