@@ -47,6 +47,17 @@ SENSORS = """
     def fails(observation, info):
         return {info["nothing"]}
 
+    def quits(observation):
+        raise SystemExit(0)
+
+    def four(observation, info, env, reward):
+        return set()
+
+    def looks(observation, info, env):
+        return {"goal"} if env.unwrapped.s == 15 else set()
+
+    either = {"goal": lambda state: state == 15, "hole": quits}
+
     standing = {"fallen": lambda x: bool(abs(x[2]) > 0.1)}
     broken = {"fallen": lambda x: float("nan")}
     nothing = 3
@@ -266,7 +277,14 @@ class TestTabular:
         ),
         (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:label"], "'label'. Did you mean labels"),
         (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:nothing"], "'sensors.py:nothing' is 3"),
-        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:fails"], "fails on the observation 0 with"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:fails"], "on the observation 0 with KeyError"),
+        (
+            ["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:quits"],
+            "sensors.py:17 on the observation 0",
+        ),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:quits"], "SystemExit: 0"),
+        (["F hole", "--env", "FrozenLake-v1", "--labels", "sensors.py:either"], "SystemExit: 0"),
+        (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:four"], "takes (observation, info, env, reward)"),
         (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:number"], "a label is nan (float)"),
         (["F goal", "--env", "FrozenLake-v1", "--labels", "sensors.py:wrong_type"], "a label contains 3.5 (float)"),
         (["G !fallen", "--env", "CartPole-v1", "--labels", "sensors.py:broken"], "'fallen' is nan (float)"),
@@ -370,6 +388,16 @@ class TestSolve:
         assert run(["solve", *POLE[:5]]) == 2
         assert "dynamics of CartPole-v1 are not known" in capsys.readouterr().err
 
+    @pytest.mark.parametrize(("env", "labels", "message"), [
+        ("FrozenLake-v1", "sensors.py:looks", "not known, because the labels ask for the environment"),
+        ("ltlc/Grid-v0", "sensors.py:labels", "known for the labels of its map only"),
+    ])  # fmt: skip
+    def test_labels_that_are_not_those_of_a_model(
+        self, env: str, labels: str, message: str, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        assert run(["solve", "F goal", "--env", env, "--labels", labels]) == 2
+        assert message in capsys.readouterr().err
+
     def test_no_map(self, capsys: pytest.CaptureFixture[str]) -> None:
         Path("taxi.py").write_text(
             "def labels(observation, info):\n    return {'start'} if observation == 0 else set()\n"
@@ -377,6 +405,50 @@ class TestSolve:
         taxi = ["F start", "--env", "Taxi-v4", "--labels", "taxi.py:labels"]
         assert run(["solve", *taxi, "-o", "policy.png"]) == 2
         assert "no map" in capsys.readouterr().err
+
+
+ENDING = """
+    import gymnasium, sys
+
+    def labels(observation):
+        return set()
+
+    class Ending(gymnasium.Env):
+        observation_space = gymnasium.spaces.Discrete(3)
+        action_space = gymnasium.spaces.Discrete(2)
+
+        def __init__(self, early=False):
+            if early:
+                sys.exit(0)
+
+        def reset(self, *, seed=None, options=None):
+            super().reset(seed=seed)
+            return 0, {}
+
+        def step(self, action):
+            sys.exit(0)
+
+    gymnasium.register("Ending-v0", entry_point=Ending)
+"""
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--env", "ending:Ending-v0"], "ending.py:20 calls sys.exit while the command runs"),
+    (["--env", "ending:Ending-v0", "--env-set", "early=true"], "Ending-v0 cannot be made (SystemExit: 0)"),
+    (["--env", "at_once:Ending-v0"], "importing at_once fails (SystemExit: 0)"),
+])  # fmt: skip
+def test_what_calls_exit_is_named(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Such a command did nothing and said so to nobody, with exit code 0."""
+    Path("ending.py").write_text(textwrap.dedent(ENDING))
+    Path("at_once.py").write_text("raise SystemExit(0)")
+    assert run(["train", "F x", *arguments, "--labels", "ending.py:labels", "--steps", "50"]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_an_agent_learns_with_labels_that_look_at_the_environment(capsys: pytest.CaptureFixture[str]) -> None:
+    looks = ["--env", "FrozenLake-v1", "--labels", "sensors.py:looks"]
+    assert run(["train", "F goal", *looks, "--steps", "200", "--out", "looking"]) == 0
+    assert "P(accepting step, no violation)" in capsys.readouterr().out
 
 
 class TestPrism:

@@ -80,7 +80,11 @@ def run(arguments: Sequence[str]) -> int:
             return complain("out of memory; --max-states with a smaller number stops earlier", code=3)
         except typer.Abort:
             return 130
-        except SystemExit as done:  # shell completion ends that way
+        except SystemExit as done:
+            *_, (frame, line) = traceback.walk_tb(done.__traceback__)
+            if not frame.f_globals["__name__"].startswith("typer."):  # shell completion ends that way
+                where = f"{frame.f_code.co_filename}:{line}"
+                return complain(f"{where} calls sys.exit while the command runs; let it raise an exception")
             code = done.code
         except Exception:
             traceback.print_exc()

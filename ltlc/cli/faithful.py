@@ -62,10 +62,7 @@ def faithful(
     automaton = setting.automaton_of(formula, acceptance, translator)
     place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
     if place.model is None:
-        raise InvalidArgumentError(
-            f"the dynamics of {env} are not known: it is no grid world and has no transition table P, so what is "
-            "optimal there cannot be computed"
-        )
+        raise InvalidArgumentError(f"{place.why_no_model}, so what is optimal there cannot be computed")
     tell(automaton, place)
     report = faithfulness(place.model, automaton, candidates, initial_label=initial_label)
     if output is not None:

@@ -28,7 +28,7 @@ Labels = Annotated[
         "--labels",
         "-l",
         metavar="MODULE:NAME",
-        help="A function of (observation, info) that returns the names that hold, or a dict of predicates.",
+        help="A function of the observation that returns the names that hold, or a dict of predicates.",
     ),
 ]
 EnvArguments = Annotated[

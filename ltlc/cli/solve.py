@@ -77,8 +77,7 @@ def solve(
     place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
     if place.model is None:
         raise InvalidArgumentError(
-            f"the dynamics of {env} are not known: it is no grid world and has no transition table P; train an agent "
-            "with ltlc train, and judge it by episodes with ltlc evaluate"
+            f"{place.why_no_model}; train an agent with ltlc train, and judge it by episodes with ltlc evaluate"
         )
     tell(task.automaton, place)
     judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)

@@ -45,10 +45,11 @@ class Labeller:
             InvalidArgumentError: the label is of a wrong type, or missing.
         """
         source = self.source
+        arity = source.arity
         try:
-            if source.arity == 1:
+            if arity == 1:
                 label: Any = source.function(observation)
-            elif source.arity == 2:
+            elif arity == 2:
                 label = source.function(observation, info)
             else:
                 label = source.function(observation, info, self.env)
@@ -56,9 +57,10 @@ class Labeller:
             if source.labels is not None:
                 error.add_note(f"labels: {described(source.function)} was given the observation {shown(observation)}")
             raise
-        if type(label) is set:
+        kind = type(label)
+        if kind is set:
             label = frozenset(label)
-        if type(label) is frozenset or type(label) is str:
+        if kind is frozenset or kind is set or kind is str:
             letter = self._known.get(label)
             if letter is not None:
                 return letter
@@ -202,6 +204,8 @@ class VectorLabeller:
 
     def _of_batch(self, observations: Any, infos: dict[str, Any], n: int) -> IntArray:
         arguments = (observations, infos)[: self._source.arity]
+        if self._source.labels is None:
+            _check_all_have_labels(infos)
         return self._letters.of_batch(self._source.function(*arguments), n)
 
 
@@ -218,19 +222,21 @@ class _InfoSource(Source):
 
 def _from_info(observation: Any, info: dict[str, Any]) -> Any:
     try:
-        label = info["labels"]
+        return info["labels"]
     except KeyError:
         raise InvalidArgumentError(
             f"info has no entry 'labels' (it has: {', '.join(map(repr, info)) or 'nothing'}); "
             "pass labels=..., a function of the observation or a dict of predicates"
         ) from None
-    present = info.get("_labels")
-    if isinstance(present, np.ndarray) and not present.all():
+
+
+def _check_all_have_labels(infos: dict[str, Any]) -> None:
+    present = infos.get("_labels")
+    if present is not None and not present.all():
         raise InvalidArgumentError(
             f"the infos of {int((~present).sum())} of {len(present)} sub-environments have no entry 'labels', and "
             "those of the others have; put it into the info of every reset and step"
         )
-    return label
 
 
 def _letters_of_env(aps: tuple[str, ...], env: Any, extra_labels: ExtraLabels) -> Letters:

@@ -113,6 +113,9 @@ class _Predicates:
         self.arity = max((n for _, _, n in self.each), default=1)
 
     def __call__(self, *arguments: Any) -> dict[str, Any]:
+        if self.arity == 1:
+            (observation,) = arguments
+            return {name: predicate(observation) for name, predicate, _ in self.each}
         return {name: predicate(*arguments[:n]) for name, predicate, n in self.each}
 
 
@@ -145,16 +148,16 @@ def arity(function: Callable[..., Any], signatures: tuple[str, ...] = SIGNATURES
     return wanted
 
 
-def described(function: Any) -> str:
+def described(function: Any, place: bool = True) -> str:
     """What a function is called in messages, and where it is written."""
     if isinstance(function, LabelFunction):
-        return described(function.function)
+        return described(function.function, place)
     if isinstance(function, _Predicates):
         return f"the predicates {', '.join(name for name, _, _ in function.each)}"
     function = inspect.unwrap(function)
     name = getattr(function, "__qualname__", None) or repr(function)
     code = getattr(function, "__code__", None)
-    return f"{name} ({code.co_filename}:{code.co_firstlineno})" if code else name
+    return f"{name} ({code.co_filename}:{code.co_firstlineno})" if code and place else name
 
 
 def shown(observation: Any) -> str:

@@ -47,6 +47,7 @@ class Letters:
         self.extra_labels = extra_labels
         self.known: dict[Any, int] = {}
         self._bit = {name: 1 << i for i, name in enumerate(aps)}
+        self._permitted: dict[str, int] = {}
         self._remap: IntArray | None = None
         if vocabulary is not None:
             for name in aps:
@@ -62,6 +63,8 @@ class Letters:
             UnknownNameError: the label is not a proposition of the formula, or not one that was declared.
             InvalidArgumentError: the label is of a wrong type.
         """
+        if type(label) is dict or isinstance(label, Mapping):  # the former is faster
+            return self._of_dict(label)
         if type(label) is set:
             label = frozenset(label)
         try:
@@ -74,12 +77,19 @@ class Letters:
             return int(self._of_array(label[None], 1)[0])
         if isinstance(label, int | np.integer) and not isinstance(label, bool):
             return int(self._of_array(np.array([label]), 1)[0])
-        letter = 0
-        for name, holds in names_of(label).items():
-            bit = self._name_bit(name)  # also where it does not hold: a misspelt name never would
-            letter |= bit if holds else 0
+        letter = self._of_dict(names_of(label))
         if isinstance(label, frozenset | str | tuple) and len(self.known) < _REMEMBERED:
             self.known[label] = letter
+        return letter
+
+    def _of_dict(self, label: Mapping[str, Any]) -> int:
+        letter = 0
+        for name, holds in label.items():
+            bit = self._permitted.get(name)
+            if bit is None:  # also where it does not hold: a misspelt name never would
+                bit = self._permitted[name] = self._name_bit(name)
+            if holds is True or (holds is not False and truth(name, holds)):
+                letter |= bit
         return letter
 
     def of_batch(self, label: Any, n: int) -> IntArray:
@@ -163,6 +173,17 @@ class Letters:
 def letter_names(aps: tuple[str, ...], letter: int) -> frozenset[str]:
     """The propositions that hold in a letter."""
     return frozenset(name for i, name in enumerate(aps) if letter >> i & 1)
+
+
+class NamesOfLetters(dict[int, frozenset[str]]):
+    """The propositions that hold in each letter, found when a letter is first asked for."""
+
+    def __init__(self, aps: tuple[str, ...]) -> None:
+        self.aps = aps
+
+    def __missing__(self, letter: int) -> frozenset[str]:
+        names = self[letter] = letter_names(self.aps, letter)
+        return names
 
 
 class LabelNames(np.ndarray[Any, np.dtype[np.int64]]):

@@ -90,6 +90,16 @@ class Setting:
         return self._model_of(self.label_source)
 
     @property
+    def why_no_model(self) -> str:
+        """Why there is no exact model, as a message begins."""
+        base = self.single.unwrapped
+        if hasattr(base, "layout"):
+            return f"what holds in the cells of {self.env} is known for the labels of its map only"
+        if getattr(base, "P", None) is not None:
+            return f"what holds in the states of {self.env} is not known, because the labels ask for the environment"
+        return f"the dynamics of {self.env} are not known: it is no grid world and has no transition table P"
+
+    @property
     def episode_steps(self) -> int:
         """Where episodes are cut."""
         return self.max_episode_steps or self._spec.max_episode_steps or EPISODE_STEPS
@@ -181,10 +191,10 @@ def _reported(labels: Any, name: str) -> Any:
             raise
         except BaseException as error:
             frame = error.__traceback__.tb_next if error.__traceback__ is not None else None
-            where = f" ({frame.tb_frame.f_code.co_filename}:{frame.tb_lineno})" if frame is not None else ""
+            where = f" in {frame.tb_frame.f_code.co_filename}:{frame.tb_lineno}" if frame is not None else ""
             raise InvalidArgumentError(
-                f"labels {name!r}: {described(labels)} fails on the observation {shown(observation)} with "
-                f"{type(error).__name__}: {error}{where}"
+                f"labels {name!r}: {described(labels, place=False)} fails{where} on the observation "
+                f"{shown(observation)} with {type(error).__name__}: {error}"
             ) from error
 
     declared = getattr(labels, "propositions", None)

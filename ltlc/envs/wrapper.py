@@ -17,7 +17,7 @@ from ltlc.envs.chance import Chance
 from ltlc.envs.choices import PairChoices
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import ExtraLabels, LabelSource, importable
-from ltlc.envs.letters import letter_names
+from ltlc.envs.letters import NamesOfLetters
 from ltlc.envs.observe import ObservationMode, observer
 from ltlc.envs.specs import with_clear_json
 from ltlc.envs.success import Success
@@ -135,11 +135,12 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._classes: list[int] = tables.letter_class.tolist()
         self._n_classes = tables.n_classes
         self._rows: dict[int, _Row] = {}
-        self._names: dict[int, frozenset[str]] = {}
+        self._names = NamesOfLetters(tables.aps)
         self._chance = Chance()
         self._state = tables.initial_state
         self._success = Success(self.task.automaton, self._skip) if success_key else None
         self._flat_info = flat_info
+        self._tells_more = success_key or flat_info
         self._autoreset = _autoreset_within(env)
 
     @property
@@ -188,7 +189,10 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl["action_mask"] = self.action_masks()
         if self._autoreset is not None:
             ltl["valid"] = False
-        self._tell(info, ltl, letter, begun=True)
+        ltl["label_names"] = self._names[letter]
+        info["ltl"] = ltl
+        if self._tells_more:
+            self._tell_more(info, ltl, letter, begun=True)
         return self.observer.single(observation, self._state), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -224,7 +228,10 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl["action_mask"] = self.action_masks()
         if self._autoreset is not None:
             ltl["valid"] = True
-        self._tell(info, ltl, letter)
+        ltl["label_names"] = self._names[letter]
+        info["ltl"] = ltl
+        if self._tells_more:
+            self._tell_more(info, ltl, letter)
         return self.observer.single(observation, self._state), reward, terminated, truncated, info
 
     def _begin_instead(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -236,13 +243,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         reward = float(base_reward) if self._base_reward == "add" else 0.0
         return observation, reward, terminated, truncated, info
 
-    def _tell(self, info: dict[str, Any], ltl: dict[str, Any], letter: int, begun: bool = False) -> None:
-        """Put what the automaton says into the info."""
-        names = self._names.get(letter)
-        if names is None:
-            names = self._names[letter] = letter_names(self.task.aps, letter)
-        ltl["label_names"] = names
-        info["ltl"] = ltl
+    def _tell_more(self, info: dict[str, Any], ltl: dict[str, Any], letter: int, begun: bool = False) -> None:
+        """Put into the info what was asked for beyond `info["ltl"]`."""
         if self._success is not None:
             ltl["success"] = bool(self._success.read(letter, begun))
             info["is_success"] = ltl["success"]
