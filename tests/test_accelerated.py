@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from test_translate_sizes import families
+from formula_families import families
 
 ROOT = Path(__file__).parent.parent
 CORE = ("test_ltl", "test_automata", "test_translate", "test_graph", "test_compiler")

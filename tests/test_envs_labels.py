@@ -23,7 +23,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import Autoreset, TimeLimit
 from gymnasium.wrappers.vector import DictInfoToList
-from test_envs_vector import RESETS, TASKS, assert_same, run
+from vector_rollouts import RESETS, TASKS, assert_same, run
 
 from ltlc.automata import RabinAutomaton
 from ltlc.envs import LabelFunction, LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp

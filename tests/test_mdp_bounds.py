@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mdp_cases import sequence
 from mdp_exact import ExactTask
+from random_models import random_mdp, storm_value
 from scipy import sparse
 from suite_tasks import DOWN, LEFT, RIGHT, STAY, UP, grid, intended
-from test_mdp_properties import random_mdp, storm_value
 
 from ltlc import compile
 from ltlc.cli.verdicts import between

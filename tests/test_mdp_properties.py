@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import pytest
 from mdp_cases import automaton, tables
+from random_models import random_automaton, random_mdp, storm_value
 
-from ltlc.automata.rabin import RabinAutomaton
 from ltlc.mdp import (
     ExplicitMDP,
     LabelledMDP,
@@ -26,25 +26,6 @@ from ltlc.mdp import (
     satisfaction_probability,
     value_iteration,
 )
-
-
-def random_mdp(rng: np.random.Generator, n: int, n_actions: int, *, labels: bool = True) -> LabelledMDP:
-    """Sparse random rows; some actions are missing, some labels are probabilistic."""
-    matrices = np.zeros((n_actions, n, n))
-    for a, s in itertools.product(range(n_actions), range(n)):
-        if a == 0 or rng.random() < 0.7:
-            found = rng.choice(n, size=rng.integers(1, 3), replace=False)
-            matrices[a, s, found] = rng.dirichlet(np.ones(len(found)))
-    chance = [{ap: rng.choice([0.0, 0.5, 1.0], p=[0.5, 0.2, 0.3]) for ap in "ab"} for _ in range(n)]
-    return LabelledMDP.from_arrays(matrices, aps="ab", labels=chance if labels else ())
-
-
-def random_automaton(rng: np.random.Generator, n: int, n_pairs: int) -> RabinAutomaton:
-    acceptance = rng.choice(["state", "transition"])
-    shape = (n_pairs, n) if acceptance == "state" else (n_pairs, n, 4)
-    fin, inf = rng.random(shape) < 0.3, rng.random(shape) < 0.4
-    delta = rng.integers(n, size=(n, 4))
-    return RabinAutomaton(("a", "b"), delta, np.arange(4), fin, inf, acceptance=str(acceptance))
 
 
 def policies(mdp: ExplicitMDP):
@@ -210,26 +191,6 @@ def test_returns_agree_with_rollouts(seed):
     ]
     error = totals.std(axis=1) / np.sqrt(totals.shape[1])
     assert (np.abs(totals.mean(axis=1) - exact) < 5 * error).all()
-
-
-def storm_value(stormpy, folder, mdp: LabelledMDP, text: str) -> float:
-    """The answer of Storm for a property, by way of Storm's explicit files; labels must be sure."""
-    base = mdp.explicit
-    lines = ["mdp"]
-    for c, s in enumerate(base.choice_state):
-        row = base.matrix[[c]]
-        local = c - base.choice_start[s]
-        lines += [f"{s} {local} {t} {p:.17g}" for t, p in zip(row.indices, row.data, strict=True)]
-    sure = mdp.letters[mdp.label_probability.toarray().argmax(axis=1)]
-    names = [" ".join(ap for i, ap in enumerate(mdp.aps) if letter >> i & 1) for letter in sure]
-    marked = [f"{s} {'init ' if s == mdp.initial_state else ''}{name}" for s, name in enumerate(names)]
-    declared = ["#DECLARATION", " ".join(["init", *mdp.aps]), "#END"]
-    (folder / "model.tra").write_text("\n".join(lines) + "\n")
-    (folder / "model.lab").write_text("\n".join([*declared, *(m for m in marked if " " in m.strip())]) + "\n")
-    build = getattr(stormpy, "build_model_from_explicit", None) or stormpy.build_sparse_model_from_explicit
-    model = build(str(folder / "model.tra"), str(folder / "model.lab"))
-    result = stormpy.model_checking(model, stormpy.parse_properties(text)[0])
-    return result.get_value(0) if hasattr(result, "get_value") else result.at(0)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from random_automata import random_automata, random_lassos
-from test_mdp_properties import random_automaton, random_mdp
+from random_models import random_automaton, random_mdp
 
 from ltlc import compile
 from ltlc.automata import RabinAutomaton, Refinement, limit_deterministic, parity_colours, to_parity

@@ -10,7 +10,7 @@ import pytest
 from envs_reference import RandomEnv
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from test_pairs_schemes import true_satisfaction
+from pair_policies import true_satisfaction
 
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp
 from ltlc.errors import InvalidArgumentError

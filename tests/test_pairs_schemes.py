@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from mdp_cases import safely
-from test_mdp_properties import random_automaton, random_mdp
+from pair_policies import true_satisfaction
+from random_models import random_automaton, random_mdp
 
 from ltlc.automata import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
@@ -17,7 +16,6 @@ from ltlc.mdp import (
     RewardProduct,
     max_satisfaction_probability,
     optimal_return,
-    satisfaction_probability,
     state_return,
 )
 from ltlc.rewards import SCHEMES, RewardScheme, RewardTables, get_scheme
@@ -50,30 +48,6 @@ def both_pairs() -> RabinAutomaton:
     """The formula as an automaton with one pair for each goal."""
     pairs = [(lambda x, p=p: p not in x, lambda x, p=p: p in x) for p in ("goal0", "goal1")]
     return safely(["goal0", "goal1", "trap"], "trap", pairs)
-
-
-def true_satisfaction(mdp: LabelledMDP, automaton: RabinAutomaton, tables: RewardTables, policy: np.ndarray) -> float:
-    """P(sat) of a policy on (MDP state, table state), when the run goes on after the episode.
-
-    The automaton is that of the task with the table's states; a violation is final.
-    """
-    behind, n = tables.automaton_state, tables.n_states
-    delta = np.vstack((np.where(tables.violated, n, tables.next_state), np.full((1, tables.n_classes), n)))
-    none = np.zeros((automaton.n_pairs, 1, tables.n_classes), dtype=bool)
-    refined = replace(
-        automaton,
-        delta=delta,
-        fin=np.concatenate((automaton.edge_fin[:, behind], none), axis=1),
-        inf=np.concatenate((automaton.edge_inf[:, behind] & ~tables.violated, none), axis=1),
-        initial_state=tables.initial_state,
-        acceptance="transition",
-        state_names=None,
-    )
-    product = Product(mdp, refined, commit=np.vstack((tables.commit, np.full((1, tables.n_choices), -1))))
-    policy = np.hstack((policy, np.zeros((mdp.n_states, 1), dtype=int)))
-    lifted = product.lift(policy)
-    available = [a if a in product.actions_in(s) else product.actions_in(s)[0] for s, a in enumerate(lifted)]
-    return satisfaction_probability(product, np.array(available)).probability
 
 
 def optimal(mdp: LabelledMDP, tables: RewardTables) -> tuple[float, np.ndarray]:

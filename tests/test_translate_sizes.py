@@ -11,13 +11,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from formula_families import families
 
 from ltlc.automata.rabin import Acceptance
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded
-from ltlc.ltl import parse, read_formulas
+from ltlc.ltl import parse
 from ltlc.translate import TRANSLATORS, translate
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 GOLDEN = HERE / "golden" / "sizes.json"
 MAX_STATES = 60
 """for a single construction; "auto" has no limit, so every formula has a size."""
@@ -25,11 +26,6 @@ REGENERATE = "python tests/test_translate_sizes.py --regenerate"
 
 Row = dict[str, int | None]
 """column -> states, None where the construction does not apply or has more than `MAX_STATES` on the way."""
-
-
-def families() -> dict[str, list[str]]:
-    files = sorted((HERE / "formulas").glob("*.ltl"))
-    return {file.stem: [text for _, text in read_formulas(file.read_text(encoding="utf-8"))] for file in files}
 
 
 def measured(text: str) -> Row:
