@@ -5,8 +5,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 OLDEST := .venv-oldest
-OLDEST_TESTS := $(addprefix tests/,test_envs_*.py test_pairs_*.py test_rewards_*.py test_translate_[op]*.py test_ltl_*.py \
-	test_formats_hoa.py test_mdp_model.py)
+OLDEST_TESTS := $(addprefix tests/,envs rewards ltl translate/test_oracle.py translate/test_parts.py translate/test_pipeline.py \
+	formats/test_hoa.py mdp/test_model.py)
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-oldest check format clean
@@ -27,7 +27,7 @@ check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest -q tests/test_architecture.py
+	$(BIN)/python -m pytest -q tests/house/test_architecture.py
 
 format: $(INSTALLED)  ## let ruff repair what it can
 	$(BIN)/ruff check --fix .

@@ -3,8 +3,8 @@
     python benchmarks/fuzz.py [--kinds hoa json prism config policy table checkpoint] [--count 20000] [--seed 0]
                               [--json FILE]
 
-Mutants are made in `tests/mutants.py`. Harm is an exception that is none of ours (it is shown, with the seed that makes
-the mutant again), code that runs, or more than 1 GB of memory.
+Mutants are made in `tests/oracles/mutants.py`. Harm is an exception that is none of ours (it is shown, with the seed
+that makes the mutant again), code that runs, or more than 1 GB of memory.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "oracles"))
 
 from mutants import Maker, Reader, kinds
 

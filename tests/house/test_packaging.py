@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 import pytest
 from packaging.version import Version
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 # Runs away from the checkout; the door and every sub-package must work there too.
 PROBE = """

@@ -113,6 +113,6 @@ def test_other_mistakes_are_not_taken_for_prefix_notation(text: str) -> None:
 
 
 def test_every_reserved_name_is_documented() -> None:
-    text = Path(__file__).parents[1].joinpath("docs", "semantics.md").read_text(encoding="utf-8")
+    text = Path(__file__).parents[2].joinpath("docs", "semantics.md").read_text(encoding="utf-8")
     table = text[text.index("| name | elsewhere |") : text.index("Capital letters that only")]
     assert set(re.findall(r"`(\w+)`", table)) == set(RESERVED)

@@ -23,7 +23,7 @@ from ltlc.compiler import compile
 from ltlc.envs.setting import Setting
 from ltlc.errors import FileFormatError, InvalidArgumentError
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 TASK = ("F A", "--env", "ltlc/Thesis5x5-v0", "--steps", "300", "--num-envs", "2", "--quiet", "--out", "here")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX files and signals")
 

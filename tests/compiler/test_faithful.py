@@ -18,7 +18,7 @@ from ltlc.faithful import Candidate, draw, faithfulness
 @pytest.fixture(scope="module")
 def table() -> ModuleType:
     """The benchmark, whose maps and candidates these tests share."""
-    path = Path(__file__).parent.parent / "benchmarks" / "faithful.py"
+    path = Path(__file__).parents[2] / "benchmarks" / "faithful.py"
     spec = importlib.util.spec_from_file_location("benchmark_faithful", path)
     assert spec and spec.loader
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)  # dataclasses look their module up

@@ -209,7 +209,7 @@ def test_transition_marks_are_checked() -> None:
 
 
 def test_the_example_of_the_documentation() -> None:
-    page = Path(__file__).parent.parent / "docs" / "formats.md"
+    page = Path(__file__).parents[2] / "docs" / "formats.md"
     text = page.read_text("utf-8").split("```json\n")[1].split("```")[0]
     assert to_json(from_json(text)) == text.replace('"ltlc 0.1.0"', f'"ltlc {__version__}"')
     schema().validate(json.loads(text))

@@ -8,7 +8,7 @@ import pytest
 
 
 def test_example_is_solved_and_judged(capsys: pytest.CaptureFixture[str]) -> None:
-    script = Path(__file__).parents[1] / "examples" / "train_bundled.py"
+    script = Path(__file__).parents[2] / "examples" / "train_bundled.py"
     runpy.run_path(str(script), run_name="__main__")
     printed = capsys.readouterr().out
     found = re.search(r"exactly: .* regret ([\d.]+)%; violations per episode ([\d.]+)", printed)

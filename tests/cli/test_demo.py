@@ -13,7 +13,7 @@ import pytest
 from ltlc.errors import MissingProgramError
 from ltlc.formats.picture import draw
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 
 
 def test_demo(tmp_path: Path) -> None:

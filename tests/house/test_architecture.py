@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 DOOR = {"__init__", "__main__"}  # the package's front door stands above all floors
 
 FLOORS = {

@@ -448,7 +448,7 @@ import resource, time, ltlc
 dra = ltlc.compile({text})
 print(dra.n_states, time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     n_states, seconds, memory = map(float, done.stdout.split())
     assert n_states <= 3

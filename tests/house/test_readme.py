@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)")
@@ -46,7 +46,7 @@ def test_shell_block(document: str, body: str, shell: dict[str, str], tmp_path: 
             target = line.split()[1]
             assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE), line
         elif line.startswith("pip install"):
-            assert line == "pip install .", "tests/test_packaging.py covers this one only"
+            assert line == "pip install .", "tests/house/test_packaging.py covers this one only"
         else:
             lines.append(line)
     script = "set -eo pipefail\n" + "\n".join(lines)

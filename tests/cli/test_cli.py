@@ -20,7 +20,7 @@ from ltlc.formats import from_hoa, from_json, read_hoa_stream
 from ltlc.rewards import SCHEMES
 from ltlc.translate import TRANSLATORS
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 needs_dot = pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
 PHI_1 = "F(A & F B) & G!C & FG T"
 

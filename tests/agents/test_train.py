@@ -218,7 +218,7 @@ SCRIPT = """
 def test_kill_during_a_checkpoint_leaves_the_previous_one(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(textwrap.dedent(SCRIPT))
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[2]
     environment = os.environ | {"PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, str(script), str(tmp_path / "run")], env=environment, check=False)
     assert done.returncode == -signal.SIGKILL

@@ -30,7 +30,7 @@ from ltlc.mdp.verdict import Judge
 from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 SMALL = ("--hyper", "hidden=[16]", "--hyper", "batch_size=16", "--hyper", "learning_starts=16")
 SENSORS = """
     MAP = "SFFFFHFHFFFHHFFG"

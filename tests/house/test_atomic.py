@@ -16,7 +16,7 @@ from ltlc import atomic
 from ltlc.atomic import atomic_write, atomic_write_all, is_at, lock_file, remove_leftovers
 from ltlc.cli.app import run
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX files and signals")
 
 

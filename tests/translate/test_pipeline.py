@@ -84,12 +84,13 @@ def digest(text: str) -> str:
 def test_the_same_bytes_on_every_run() -> None:
     """Under any hash seed, and whatever was translated before in the same process."""
     program = (
-        "import sys, test_translate_pipeline as t\n"
+        "import sys, test_pipeline as t\n"
         "order = t.SAMPLE if sys.argv[1] == 'forward' else t.SAMPLE[::-1]\n"
         "found = {text: t.digest(text) for text in order}\n"
         "print(*(found[text] for text in t.SAMPLE), sep='\\n')"
     )
-    paths = [str(Path(__file__).parent), str(Path(ltlc.__file__).parents[1])]
+    here = Path(__file__).parent
+    paths = [str(here), str(here.parent / "oracles"), str(Path(ltlc.__file__).parents[1])]
     runs = []
     for seed, order in (("0", "forward"), ("1", "backward"), ("4242", "forward")):
         environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(paths)}

@@ -1,6 +1,6 @@
 """Sizes of automata over the formulas of tests/formulas/, against those recorded in tests/golden/sizes.json.
 
-`python tests/test_translate_sizes.py --regenerate` records them anew, and says what became smaller and larger.
+`python tests/translate/test_sizes.py --regenerate` records them anew, and says what became smaller and larger.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ HERE = Path(__file__).parents[1]
 GOLDEN = HERE / "golden" / "sizes.json"
 MAX_STATES = 60
 """for a single construction; "auto" has no limit, so every formula has a size."""
-REGENERATE = "python tests/test_translate_sizes.py --regenerate"
+REGENERATE = "python tests/translate/test_sizes.py --regenerate"
 
 Row = dict[str, int | None]
 """column -> states, None where the construction does not apply or has more than `MAX_STATES` on the way."""
