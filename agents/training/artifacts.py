@@ -10,13 +10,13 @@ import numpy as np
 
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
+from ltlc.mdp import expected_return_within
 from ltlc.mdp.verdict import Judge
 from ltlc.pictures.curves import Curve, draw_curves
 from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
 
 from ..pictures import board_of, draw_policy
 from ..systems import DOUBLE_DQN, Agent
-from ..tabular.registry import LEARNERS
 from .report import Report, report, tabular_policy
 from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
 
@@ -70,15 +70,18 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
     """Returns over training steps, or nothing where none were recorded.
 
     Of double DQN, those of the episodes that ended, with exploration; of tabular learners, the exact ones of the
-    policies learned so far.
+    policies learned so far. Where the dynamics are known, a line shows what the policy that is optimal for the rewards
+    would return.
     """
-    optimum = None if judge is None else judge.optimum
+    best = None
     if run.config.agent == DOUBLE_DQN:
         column, name, label = "episode_return", "training, with exploration", "return of an episode (sum of rewards)"
-        best = None if optimum is None else optimum.total_return
+        if judge is not None and judge.optimal_policy is not None:  # episodes are cut, and so is what is best
+            lifted = judge.rewards.lift(judge.optimal_policy)
+            best = expected_return_within(judge.rewards, lifted, run.config.setting.episode_steps)
     else:
         column, name, label = "discounted_return", "learned so far, exact", "expected return, discounted"
-        best = None if optimum is None else optimum.discounted_return
+        best = None if judge is None else judge.value
     rows = [row for row in run.metrics() if row.get(column) is not None]
     if not rows:
         return None
@@ -101,8 +104,7 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
     if board is None or judge is None:
         return None
     policy = tabular_policy(agent, judge.rewards.mdp)
-    goes_by_rewards = run.config.agent == DOUBLE_DQN or LEARNERS[run.config.agent].uses_rewards
-    rewards = f" with the rewards '{run.config.reward}'" if goes_by_rewards else ""
+    rewards = f" with the rewards '{run.config.reward}'" if run.config.uses_rewards else ""
     likely = "" if policy.ndim == 2 else "; the most probable actions"
     return draw_policy(
         run.path / POLICY_PICTURE,

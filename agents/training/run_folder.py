@@ -85,6 +85,11 @@ class RunConfig:
     hyperparameters: Hyperparameters = field(default_factory=DQNConfig)
     """of the agent."""
 
+    @property
+    def uses_rewards(self) -> bool:
+        """Whether the agent learns from the rewards of the task; others go by the automaton alone."""
+        return self.agent == DOUBLE_DQN or LEARNERS[self.agent].uses_rewards
+
     def task(self, automaton: RabinAutomaton) -> Task:
         """The task of an automaton with these rewards.
 
@@ -299,8 +304,7 @@ class RunFolder:
 
         None: nothing much, or the dynamics are not known, or the agent learns without the rewards.
         """
-        goes_by_rewards = self.config.agent == DOUBLE_DQN or LEARNERS[self.config.agent].uses_rewards
-        return shortfall(self.judge, self.task) if goes_by_rewards and self.judge is not None else None
+        return shortfall(self.judge, self.task) if self.config.uses_rewards and self.judge is not None else None
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""

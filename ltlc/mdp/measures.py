@@ -51,6 +51,21 @@ def state_return(product: RewardProduct, policy: npt.ArrayLike, *, discount: flo
     return chain.total(chain.of_choices(product.reward))
 
 
+def expected_return_within(product: RewardProduct, policy: npt.ArrayLike, steps: int) -> float:
+    """Expected sum of rewards of an episode that is cut after a number of steps, if it has not ended before.
+
+    Raises:
+        InvalidArgumentError: the policy does not fit the product.
+    """
+    chain = induced_chain(product, policy)
+    reward, value = chain.of_choices(product.reward), np.zeros(product.n_states)
+    for _ in range(steps):
+        before, value = value, reward + chain.matrix @ value
+        if (value == before).all():
+            break
+    return from_start(product.initial, value)
+
+
 def expected_steps(product: RewardProduct, policy: npt.ArrayLike) -> float:
     """Expected number of steps of an episode; inf where it may go on for ever."""
     return from_start(product.initial, induced_chain(product, policy).total(np.ones(product.n_states)))

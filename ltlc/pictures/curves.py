@@ -108,7 +108,8 @@ def _limit(axes: Axes, curves: Sequence[Curve]) -> None:
     shown = np.concatenate([np.ravel(curve.y) for curve in curves])
     shown = shown[np.isfinite(shown)]
     if shown.size:
-        best = max([shown.max(), *(curve.optimum for curve in curves if curve.optimum is not None)])
+        optima = [curve.optimum for curve in curves if curve.optimum is not None and np.isfinite(curve.optimum)]
+        best = max([shown.max(), *optima])
         worst = np.percentile(shown, 4)
         if best > worst:
             axes.set_ylim(worst - 0.05 * (best - worst), best + 0.08 * (best - worst))

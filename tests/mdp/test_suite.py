@@ -13,6 +13,7 @@ from suite_world import ModelWorld
 
 from ltlc.errors import InvalidArgumentError, LtlcError, UnknownNameError
 from ltlc.mdp import LabelledMDP
+from ltlc.mdp.verdict import TOLERANCE
 
 TASKS = load_suite()
 
@@ -23,6 +24,7 @@ def test_exact_values_are_the_known_ones_and_bounded(name: str) -> None:
     assert found.pmax == pytest.approx(TASKS[name].pmax, abs=1e-6)
     assert found.lower <= found.pmax <= found.upper
     assert found.upper - found.lower <= 1e-6
+    assert found.optimum >= found.pmax - TOLERANCE
 
 
 @pytest.mark.parametrize("name", [task.name for task in TASKS.values() if task.steps is not None])
