@@ -4,12 +4,13 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+PEERS := $(VENV)/.peers
 OLDEST := .venv-oldest
 OLDEST_TESTS := $(addprefix tests/,envs rewards ltl translate/test_oracle.py translate/test_parts.py translate/test_pipeline.py \
 	formats/test_hoa.py mdp/test_model.py)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-oldest check format clean
+.PHONY: help demo test test-fast test-oldest check format clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -17,8 +18,11 @@ help:  ## show this list
 demo: $(INSTALLED)  ## compile a task, draw it, judge two words, learn it
 	@$(BIN)/python examples/demo.py
 
-test: $(INSTALLED)  ## run all tests
+test: $(INSTALLED) $(PEERS)  ## run all tests
 	$(BIN)/python -m pytest
+
+test-fast: $(INSTALLED)  ## run the tests that take a minute in all
+	$(BIN)/python -m pytest -q -m "not (slow or peer or build)"
 
 test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed
 	$(OLDEST)/bin/python -m pytest -m "not slow" $(OLDEST_TESTS)
@@ -45,6 +49,14 @@ $(INSTALLED): pyproject.toml constraints.txt
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt graphviz-pure || \
 		echo "no graphviz-pure for this system: pictures of automata need Graphviz (dot)"
 	@echo "installed."
+	@touch $@
+
+# Other people's tools, for comparison; tests are skipped where one cannot be installed.
+$(PEERS): $(INSTALLED)
+	@echo "installing the tools that tests compare with (once) ..."
+	@for p in spottl stormpy stable-baselines3; do \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $$p || \
+		echo "no $$p for this system: its comparisons are skipped"; done
 	@touch $@
 
 $(OLDEST)/.installed: pyproject.toml constraints-oldest.txt

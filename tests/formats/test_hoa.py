@@ -512,6 +512,7 @@ FORMULAS = [
     "options", ["det parity", "det parity sbacc", "det generic", "det generic complete", "det cobuchi"]
 )
 @pytest.mark.parametrize("formula", FORMULAS)
+@pytest.mark.peer
 def test_agrees_with_spot(formula: str, options: str) -> None:
     spot = pytest.importorskip("spot")
     theirs = spot.translate(formula, *options.split())
@@ -527,6 +528,7 @@ def test_agrees_with_spot(formula: str, options: str) -> None:
         assert spot.are_equivalent(back, theirs)
 
 
+@pytest.mark.peer
 def test_spot_reads_what_we_write() -> None:
     spot = pytest.importorskip("spot")
     for automaton in random_automata(10):

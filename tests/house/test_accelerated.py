@@ -95,7 +95,7 @@ def output(site: Path, script: str, *arguments: str) -> str:
     return done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.build
 def test_compiled_modules_are_in_use_and_their_sources_are_beside_them(site: Path) -> None:
     assert {path.name.partition("-")[0] for path in site.iterdir()} == {"ltlc"}
     assert "Root-Is-Purelib: false" in next(site.glob("*.dist-info/WHEEL")).read_text(encoding="utf-8")
@@ -109,7 +109,7 @@ def test_compiled_modules_are_in_use_and_their_sources_are_beside_them(site: Pat
     assert version.endswith("(compiled)\n")
 
 
-@pytest.mark.slow
+@pytest.mark.build
 def test_the_core_passes_its_tests(site: Path, tmp_path: Path) -> None:
     """Away from the checkout, so that its files are not imported."""
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
@@ -122,7 +122,7 @@ def test_the_core_passes_its_tests(site: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.build
 def test_the_same_bytes_as_pure_python(site: Path) -> None:
     formulas = json.dumps([text for texts in families().values() for text in texts])
     assert output(site, DIGEST, formulas) == output(ROOT, DIGEST, formulas)
@@ -155,12 +155,12 @@ def assignments(tree: ast.Module) -> Iterator[tuple[list[ast.expr], ast.expr]]:
             yield [node.target], node.iter.elt
 
 
-@pytest.mark.slow
+@pytest.mark.build
 def test_ctrl_c_is_noticed_in_time(site: Path) -> None:
     assert 0.5 <= float(output(site, INTERRUPTED)) < 5
 
 
-@pytest.mark.slow
+@pytest.mark.build
 def test_deep_formulas_end_in_python_errors_too(site: Path) -> None:
     assert output(site, DEEP) == output(ROOT, DEEP)
 

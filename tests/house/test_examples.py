@@ -30,6 +30,7 @@ def test_cartpole(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
     assert "still going" in printed
 
 
+@pytest.mark.peer
 def test_stable_baselines3(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed", exc_type=ImportError)
     run(monkeypatch, "train_stable_baselines3.py", "--steps", "700")

@@ -85,6 +85,7 @@ def test_the_oldest_versions_tested_are_those_allowed() -> None:
         assert Version(version) == Version(allowed[name]), name
 
 
+@pytest.mark.build
 def test_every_module_and_grammar_is_in_the_wheel(dist: Path) -> None:
     expected = {
         f"{name.replace('.', '/')}/{path.name}"
@@ -99,6 +100,7 @@ def test_every_module_and_grammar_is_in_the_wheel(dist: Path) -> None:
     assert {"ltlc/agents/__init__.py", "ltlc/grammars/ltl.lark", "ltlc/py.typed"} <= names
 
 
+@pytest.mark.build
 def test_wheel_metadata(dist: Path) -> None:
     with zipfile.ZipFile(next(dist.glob("*.whl"))) as wheel:
         texts = {
@@ -109,6 +111,7 @@ def test_wheel_metadata(dist: Path) -> None:
     assert "MIT License" in texts["LICENSE"]
 
 
+@pytest.mark.build
 def test_sdist_can_build_and_explain_itself(dist: Path) -> None:
     with tarfile.open(next(dist.glob("*.tar.gz"))) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
@@ -122,6 +125,7 @@ def test_versions_agree() -> None:
     assert f"## [{version['__version__']}]" in changelog or "## [Unreleased]" in changelog
 
 
+@pytest.mark.build
 @pytest.mark.parametrize("mode", ["normal", "editable", "strict"])
 def test_installed(mode: str, checkout: Path, dist: Path, tmp_path: Path) -> None:
     """Every sub-package is found, `import agents` is not, and the script runs, away from the checkout."""

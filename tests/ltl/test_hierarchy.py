@@ -60,6 +60,7 @@ def test_negation_turns_the_hierarchy_around() -> None:
         assert there is DUAL.get(here, here)
 
 
+@pytest.mark.peer
 def test_is_sound_against_spot() -> None:
     spot = pytest.importorskip("spot")
     allowed = {C.SAFETY: "BS", C.CO_SAFETY: "BG", C.OBLIGATION: "BSGO", C.RECURRENCE: "BSGOR", C.PERSISTENCE: "BSGOP"}

@@ -113,6 +113,7 @@ def test_prism_means_the_same() -> None:
             assert satisfies(formula, word) == satisfies(reread, word)
 
 
+@pytest.mark.peer
 def test_prism_is_read_by_storm() -> None:
     stormpy = pytest.importorskip("stormpy")
     rng = random.Random(4)
@@ -121,6 +122,7 @@ def test_prism_is_read_by_storm() -> None:
         assert len(stormpy.parse_properties(f"P=? [{text}]")) == 1
 
 
+@pytest.mark.peer
 def test_spot_reads_what_is_meant() -> None:
     spot = pytest.importorskip("spot")
     rng = random.Random(5)
@@ -132,6 +134,7 @@ def test_spot_reads_what_is_meant() -> None:
         assert {str(ap.ap_name()) for ap in spot.atomic_prop_collect(theirs)} <= set(NAMES)
 
 
+@pytest.mark.peer
 def test_plain_text_is_read_alike_by_spot() -> None:
     spot = pytest.importorskip("spot")
     rng = random.Random(6)
@@ -187,6 +190,7 @@ def test_formulas_are_immutable_values() -> None:
         "F(A & F B) & G!C & FG T",
     ],
 )
+@pytest.mark.peer
 def test_operator_runs_are_read_as_spot_reads_them(text: str) -> None:
     spot = pytest.importorskip("spot")
     assert spot.are_equivalent(spot.formula(text), spot.formula(to_text(parse(text), "spot")))

@@ -97,6 +97,7 @@ def test_agrees_with_brute_force_over_the_definition() -> None:
         assert satisfies(until, word) == expected
 
 
+@pytest.mark.peer
 def test_agrees_with_spot() -> None:
     spot = pytest.importorskip("spot")
     rng = random.Random(3)

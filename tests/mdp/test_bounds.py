@@ -225,6 +225,7 @@ def test_bounds_hold_for_a_random_first_state(winning):
 
 
 @pytest.mark.parametrize("side", [10, 20])
+@pytest.mark.peer
 def test_storm_agrees_on_growing_grids(side, tmp_path):
     stormpy = pytest.importorskip("stormpy")
     world = scaled_world(side, 0.6, blocks=True, start=(0, 0))
@@ -235,6 +236,7 @@ def test_storm_agrees_on_growing_grids(side, tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(8))
+@pytest.mark.peer
 def test_storm_agrees_on_random_models(seed, tmp_path):
     stormpy = pytest.importorskip("stormpy")
     rng = np.random.default_rng(seed)

@@ -194,6 +194,7 @@ def test_returns_agree_with_rollouts(seed):
 
 
 @pytest.mark.parametrize("seed", range(8))
+@pytest.mark.peer
 def test_storm_agrees(seed, tmp_path):
     stormpy = pytest.importorskip("stormpy")
     rng = np.random.default_rng(seed)

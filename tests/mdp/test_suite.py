@@ -32,6 +32,7 @@ def test_fewest_steps(name: str) -> None:
     assert suite.fewest_steps(TASKS[name]) == TASKS[name].steps
 
 
+@pytest.mark.peer
 def test_storm_agrees() -> None:
     pytest.importorskip("stormpy")
     for name in ("safe-absorbing", "gate", "until", "devious", "frozen-4x4-goal1-goal2"):

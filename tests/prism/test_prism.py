@@ -231,6 +231,7 @@ FORMULAS = [("F(a & X b)", 'F ("a" & X "b")'), ("G F a & F G !b", '(G F "a") & (
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.peer
 def test_storm_agrees_on_models_and_on_policies(tmp_path: Path, seed: int) -> None:
     stormpy = pytest.importorskip("stormpy")
     mdp = random_mdp(seed, n=9, n_actions=2)
@@ -255,6 +256,7 @@ def test_storm_agrees_on_models_and_on_policies(tmp_path: Path, seed: int) -> No
         assert storm_says(stormpy, chain, f"P=? [{text}]") == pytest.approx(ours, abs=1e-5)
 
 
+@pytest.mark.peer
 def test_the_thesis_grid_in_the_module_language(tmp_path: Path) -> None:
     stormpy = pytest.importorskip("stormpy")
     (tmp_path / "grid.prism").write_text(to_prism_language(thesis_world(10)))
@@ -265,6 +267,7 @@ def test_the_thesis_grid_in_the_module_language(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("initial_label", ["read", "skip"])
 @pytest.mark.parametrize("scattered", [False, True])
+@pytest.mark.peer
 def test_storm_agrees_on_what_is_exported(tmp_path: Path, initial_label: str, scattered: bool) -> None:
     stormpy = pytest.importorskip("stormpy")
     mdp = random_mdp(5, n=6, n_actions=2, random_labels=True)
