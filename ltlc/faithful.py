@@ -110,25 +110,11 @@ class FaithfulnessReport:
 def default_candidates(
     on_deadlock: OnDeadlock | None = None, on_termination: OnTermination = "repeat"
 ) -> tuple[Candidate, ...]:
-    """The schemes with the parameters of their papers, and those with a limit also nearer to it."""
-
-    def candidate(scheme: str, **parameters: Any) -> Candidate:
-        return Candidate.of(scheme, on_deadlock, on_termination, **parameters)
-
-    return (
-        candidate("thesis"),
-        candidate("thesis-code"),
-        candidate("accept"),
-        candidate("sadigh"),
-        candidate("sadigh", gamma=0.9999),
-        candidate("frontier"),
-        candidate("zeta-reach"),
-        candidate("zeta-discount"),
-        candidate("two-discount"),
-        candidate("eventual"),
-        candidate("parity"),
-        candidate("parity", epsilon=0.001),
-        candidate("parity", mode="terminate"),
+    """Every scheme there is, with the parameters of its paper and others that it wants compared."""
+    return tuple(
+        Candidate.of(name, on_deadlock, on_termination, **parameters)
+        for name, scheme in SCHEMES.items()
+        for parameters in scheme.comparisons
     )
 
 

@@ -75,11 +75,12 @@ class Registry(Mapping[str, T], Generic[T]):
             raise InvalidArgumentError(
                 f"a {self.kind} cannot be called {name!r}: a name has no colon and no spaces around"
             )
-        if name in self._registered:
+        if name in self._registered and not _is_reloaded(self._registered[name], part):
             raise InvalidArgumentError(f"there is a {self.kind} {name!r} already; choose another name")
         if not isinstance(part, str) and self._check is not None:
             part = self._check(name, part)
         self._registered[name] = part
+        self._found.pop(name, None)
         return part
 
     def remove(self, name: str) -> None:
@@ -131,6 +132,12 @@ class Registry(Mapping[str, T], Generic[T]):
                 f"{self.kind} {name!r}: the entry point {point.value} cannot be loaded "
                 f"({type(error).__name__}: {error})"
             ) from error
+
+
+def _is_reloaded(before: Any, now: Any) -> bool:
+    """Whether a definition was run again, as in a notebook, or as a module that is imported by path and by name."""
+    name = getattr(now, "__qualname__", None)
+    return name is not None and getattr(before, "__qualname__", None) == name and before is not now
 
 
 def import_object(text: str, purpose: str) -> Any:

@@ -69,11 +69,10 @@ OnTermination = Annotated[
 
 
 def parameters_of(texts: Sequence[str] | None, reward: str, option: str = "--set") -> dict[str, Any]:
-    """The parameters of a reward scheme; a scheme that is not known says so when it is made."""
+    """The parameters of a reward scheme."""
     from ltlc.rewards import SCHEMES
 
-    kinds = kinds_of(SCHEMES[reward]) if reward in SCHEMES else {}
-    return assignments(texts, option, {"shaping": float} | kinds)
+    return assignments(texts, option, {"shaping": float} | kinds_of(SCHEMES[reward]))
 
 
 def automaton_of(source: str, acceptance: Literal["state", "transition"], translator: str) -> DRA:

@@ -1,6 +1,6 @@
 """Reward schemes: from a deterministic Rabin automaton to tables of rewards and discounts."""
 
-from ltlc.rewards.registry import RECOMMENDED, SCHEMES, arguments_of, get_scheme
+from ltlc.rewards.registry import RECOMMENDED, SCHEMES, arguments_of, get_scheme, register_scheme
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme
 from ltlc.rewards.shaping import Shaped, shape
 from ltlc.rewards.tables import OnTermination, RewardTables
@@ -15,5 +15,6 @@ __all__ = [
     "Shaped",
     "arguments_of",
     "get_scheme",
+    "register_scheme",
     "shape",
 ]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
@@ -39,6 +40,8 @@ class Parity(RewardScheme):
         "On a finite MDP optimal policies maximise the probability of satisfaction for every epsilon small enough."
     )
     requires: ClassVar[str] = "parity form"
+
+    comparisons: ClassVar[tuple[Mapping[str, Any], ...]] = ({}, {"epsilon": 0.001}, {"mode": "terminate"})
 
     epsilon: float = 0.01
     """ratio between the weights of neighbouring colours, in (0, 1)."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
-from ltlc.errors import UnknownNameError
+from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.registry import Registry
 from ltlc.rewards.accept import Accept
 from ltlc.rewards.eventual import Eventual
 from ltlc.rewards.frontier import Frontier
@@ -20,9 +19,48 @@ from ltlc.rewards.two_discount import TwoDiscount
 from ltlc.rewards.zeta_discount import ZetaDiscount
 from ltlc.rewards.zeta_reach import ZetaReach
 
-_ALL = (Thesis, ThesisCode, Sadigh, Accept, ZetaReach, ZetaDiscount, TwoDiscount, Eventual, Frontier, Parity)
-SCHEMES: Mapping[str, type[RewardScheme]] = MappingProxyType({scheme.name: scheme for scheme in _ALL})
-"""every scheme, by the name that `get_scheme`, `Task` and the command line know."""
+
+def _check(name: str, part: Any) -> type[RewardScheme]:
+    """A reward scheme that can be made with its defaults."""
+    if not (isinstance(part, type) and issubclass(part, RewardScheme) and dataclasses.is_dataclass(part)):
+        raise InvalidArgumentError(
+            f"reward scheme {name!r}: {part!r} is no dataclass that derives from ltlc.rewards.RewardScheme"
+        )
+    missing = [attribute for attribute in ("name", "citation", "guarantee", "requires") if not hasattr(part, attribute)]
+    if missing:
+        raise InvalidArgumentError(f"reward scheme {name!r} does not say its {', '.join(missing)}")
+    return part
+
+
+SCHEMES: Registry[type[RewardScheme]] = Registry("reward scheme", "ltlc.rewards", _check)
+"""every scheme, by the name that `get_scheme`, `Task` and the command line know; `module:Class` is a name, too."""
+
+
+def register_scheme(scheme: type[RewardScheme]) -> type[RewardScheme]:
+    """Make a scheme known by its name; a class decorator, or a plain call.
+
+    Installed packages offer theirs in the group of entry points "ltlc.rewards".
+
+    Raises:
+        InvalidArgumentError: it is no scheme, or another one has its name.
+
+    Example:
+        >>> from dataclasses import dataclass
+        >>> from ltlc.rewards import register_scheme
+        >>> @register_scheme
+        ... @dataclass(frozen=True)
+        ... class Generous(Accept):
+        ...     name = "generous"
+        >>> get_scheme("generous", gamma=0.9).parameters
+        {'gamma': 0.9}
+        >>> SCHEMES.remove("generous")
+    """
+    SCHEMES.register(getattr(scheme, "name", ""), scheme)
+    return scheme
+
+
+for _scheme in (Thesis, ThesisCode, Accept, Sadigh, Frontier, ZetaReach, ZetaDiscount, TwoDiscount, Eventual, Parity):
+    register_scheme(_scheme)
 
 RECOMMENDED = TwoDiscount.name
 """the scheme that is taken where none is named: in the limit its optimum maximises the probability of satisfaction for
@@ -41,14 +79,17 @@ def arguments_of(scheme: RewardScheme) -> tuple[str, dict[str, Any]]:
         shaping = {"shaping": scheme.weight}
         scheme = scheme.scheme
     defaults = {field.name: field.default for field in dataclasses.fields(scheme)}
-    return scheme.name, {key: value for key, value in scheme.parameters.items() if value != defaults[key]} | shaping
+    kind = type(scheme)
+    known = scheme.name in SCHEMES and SCHEMES[scheme.name] is kind
+    name = scheme.name if known else f"{kind.__module__}:{kind.__qualname__}"
+    return name, {key: value for key, value in scheme.parameters.items() if value != defaults[key]} | shaping
 
 
 def get_scheme(name: str, *, shaping: float = 0.0, **parameters: Any) -> RewardScheme:
     """A scheme by name, with some of its parameters set.
 
     Args:
-        name: a key of `SCHEMES`.
+        name: a key of `SCHEMES`, or `module:Class`.
         shaping: potential of an accepting cycle for shaping by distance to acceptance; 0 for none.
         parameters: fields of the scheme; the others keep the defaults of its paper.
 
@@ -60,11 +101,10 @@ def get_scheme(name: str, *, shaping: float = 0.0, **parameters: Any) -> RewardS
         >>> get_scheme("zeta-reach", zeta=0.999).parameters
         {'zeta': 0.999}
     """
-    if name not in SCHEMES:
-        raise UnknownNameError("reward scheme", name, SCHEMES)
-    known = [field.name for field in dataclasses.fields(SCHEMES[name])]
+    kind = SCHEMES[name]
+    known = [field.name for field in dataclasses.fields(kind)]
     for parameter in parameters:
         if parameter not in known:
             raise UnknownNameError(f"parameter of reward scheme {name!r}:", parameter, [*known, "shaping"])
-    scheme = SCHEMES[name](**parameters)
+    scheme = kind(**parameters)
     return Shaped(scheme, shaping) if shaping else scheme

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -29,6 +30,8 @@ class Sadigh(RewardScheme):
         "enough an optimal policy does; below probability 1 it promises nothing."
     )
     requires: ClassVar[str] = "one Rabin pair, or several of which `pair` names one; otherwise policies choose one"
+
+    comparisons: ClassVar[tuple[Mapping[str, Any], ...]] = ({}, {"gamma": 0.9999})
 
     weight_inf: float = 1.0
     """reward on an Inf mark."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, get_args
 
@@ -50,6 +51,8 @@ class RewardScheme(ABC):
     """one sentence: what a policy that is optimal for these rewards is known to satisfy."""
     requires: ClassVar[str]
     """the form of automaton that `steps` takes; `compile` brings any automaton into it."""
+    comparisons: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
+    """the parameters, besides the defaults, with which `ltlc.faithful` compares it with other schemes."""
     on_deadlock: ClassVar[OnDeadlock] = "terminate"
     """what follows a violation unless `compile` is told otherwise."""
 
