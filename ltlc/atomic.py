@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import secrets
@@ -118,7 +119,7 @@ class _Staged:
             on_failure.push(self.__exit__)
             mode = self._mode_there()
             if mode is not None and stat.S_ISDIR(mode):
-                raise IsADirectoryError(21, os.strerror(21))
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
             if mode is None or stat.S_ISREG(mode):
                 remove_leftovers(self._real.parent)
                 self._handle, self._name = _open_temporary(self._real.parent)
