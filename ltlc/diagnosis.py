@@ -16,7 +16,7 @@ Kind = Literal["unsatisfiable", "valid", "never", "always", "impossible", "impro
 
 
 @dataclass(frozen=True)
-class Finding:
+class Diagnostic:
     """One thing that is known beforehand."""
 
     kind: Kind
@@ -35,7 +35,7 @@ def diagnose(
     episode_steps: int | None = None,
     initial_label: InitialLabel = "read",
     maximum: MaxSatisfaction | None = None,
-) -> tuple[Finding, ...]:
+) -> tuple[Diagnostic, ...]:
     """What can be said of a task before training; empty where there is nothing to worry about.
 
     Args:
@@ -51,50 +51,50 @@ def diagnose(
     about_formula = _about_formula(automaton)
     if mdp is None:
         return about_formula
-    findings = [*about_formula, *_about_labels(automaton, mdp)]
+    diagnostics = [*about_formula, *_about_labels(automaton, mdp)]
     if about_formula:  # then the rest says the same once more
-        return tuple(findings)
+        return tuple(diagnostics)
     product = Product(mdp, automaton, initial_label=initial_label)
     if maximum is None or len(maximum.policy) != product.n_states:
         maximum = max_satisfaction_probability(product)
-    findings += _about_maximum(maximum)
+    diagnostics += _about_maximum(maximum)
     if maximum.probability > 0 and episode_steps is not None:
-        findings += _about_episodes(product, maximum, episode_steps)
-    return tuple(findings)
+        diagnostics += _about_episodes(product, maximum, episode_steps)
+    return tuple(diagnostics)
 
 
-def _about_formula(automaton: RabinAutomaton) -> tuple[Finding, ...]:
+def _about_formula(automaton: RabinAutomaton) -> tuple[Diagnostic, ...]:
     formula = automaton.formula or "the language of the automaton"
     if automaton.initial_state in automaton.deadlocks:
         text = (
             f"{formula} is unsatisfiable: no run can ever satisfy it. Every step counts as a violation, and rewards "
             "say nothing about it."
         )
-        return (Finding("unsatisfiable", text),)
+        return (Diagnostic("unsatisfiable", text),)
     if automaton.initial_state in automaton.accepting_sinks:
-        return (Finding("valid", f"{formula} is valid: every run satisfies it, and there is nothing to learn."),)
+        return (Diagnostic("valid", f"{formula} is valid: every run satisfies it, and there is nothing to learn."),)
     return ()
 
 
-def _about_labels(automaton: RabinAutomaton, mdp: LabelledMDP) -> list[Finding]:
+def _about_labels(automaton: RabinAutomaton, mdp: LabelledMDP) -> list[Diagnostic]:
     """Propositions without a say, among the states that can be reached."""
     shown = np.asarray(mdp.label_probability[np.flatnonzero(mdp.explicit.reachable)].sum(axis=0)).ravel() > 0
     letters = mdp.letters[shown]
-    findings = []
+    diagnostics = []
     for name in automaton.aps:
         if name not in mdp.aps:
             continue
         holds = (letters >> mdp.aps.index(name)) & 1
         if not holds.any():
             text = f"{name!r} never holds in any state that can be reached: it is false for ever. Is the label right?"
-            findings.append(Finding("never", text, name))
+            diagnostics.append(Diagnostic("never", text, name))
         elif holds.all():
             text = f"{name!r} holds in every state that can be reached: it is true for ever. Is the label right?"
-            findings.append(Finding("always", text, name))
-    return findings
+            diagnostics.append(Diagnostic("always", text, name))
+    return diagnostics
 
 
-def _about_maximum(maximum: MaxSatisfaction) -> list[Finding]:
+def _about_maximum(maximum: MaxSatisfaction) -> list[Diagnostic]:
     if maximum.probability > 0.01:
         return []
     if maximum.winning.any():
@@ -102,7 +102,7 @@ def _about_maximum(maximum: MaxSatisfaction) -> list[Finding]:
             f"At best the formula is satisfied with probability {maximum.probability:.3g}. What an agent learns is "
             "decided almost only by runs that fail."
         )
-        return [Finding("improbable", text)]
+        return [Diagnostic("improbable", text)]
     text = (
         "The probability of satisfying the formula is 0 under every policy: there is no accepting end component, that "
         "is, no set of states where a policy could stay for ever and keep the formula satisfied. What is optimised "
@@ -110,10 +110,10 @@ def _about_maximum(maximum: MaxSatisfaction) -> list[Finding]:
         "first acceptance. Often noise ruins, sooner or later, a demand that must hold for ever: let the episode end "
         "at the goal, or demand it only until then (`!trap U goal` instead of `F goal & G !trap`)."
     )
-    return [Finding("impossible", text)]
+    return [Diagnostic("impossible", text)]
 
 
-def _about_episodes(product: Product, maximum: MaxSatisfaction, episode_steps: int) -> list[Finding]:
+def _about_episodes(product: Product, maximum: MaxSatisfaction, episode_steps: int) -> list[Diagnostic]:
     shortest = shortest_satisfaction(product, maximum)
     if shortest <= episode_steps:
         return []
@@ -121,7 +121,7 @@ def _about_episodes(product: Product, maximum: MaxSatisfaction, episode_steps: i
         f"Episodes are cut after {episode_steps} steps, but even the luckiest run needs {shortest} to accept where it "
         "can go on to satisfy the formula: no episode will ever see that. Allow more."
     )
-    return [Finding("short-episodes", text)]
+    return [Diagnostic("short-episodes", text)]
 
 
 def shortest_satisfaction(product: Product, maximum: MaxSatisfaction) -> int:

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.envs import recorded_automaton
-from ltlc.envs.setting import Setting
+from ltlc.envs.spec import EnvSpec
 from ltlc.errors import RewardWarning
 from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
@@ -128,7 +128,7 @@ def reproduce(
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, chapter 5.
     """
     total = steps or experiment.steps
-    place = Setting(env=experiment.env, initial_label="skip")
+    place = EnvSpec(env=experiment.env, initial_label="skip")
     learner = DQNConfig(
         hidden=(256,),  # a network, as in the thesis, though a table would do
         epsilon_steps=min(total // 3, EPSILON_STEPS),

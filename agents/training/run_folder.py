@@ -31,7 +31,7 @@ from ltlc import formats
 from ltlc.atomic import atomic_write, atomic_write_all
 from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
-from ltlc.envs.setting import Setting
+from ltlc.envs.spec import EnvSpec
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.faithful import Shortfall, shortfall
 from ltlc.mdp.verdict import Judge
@@ -71,7 +71,7 @@ EPISODES_EACH = 4
 class RunConfig:
     """Everything that a training run depends on, but for the automaton."""
 
-    setting: Setting
+    setting: EnvSpec
     reward: str = RECOMMENDED
     """name of the reward scheme."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -131,7 +131,7 @@ class RunConfig:
         config = systems.hyperparameters(fields["agent"], fields["hyperparameters"])
         _of_kinds(fields["setting"], {"env": str, "arguments": dict, "labels": str | None,
                                       "max_episode_steps": int | None, "initial_label": str})  # fmt: skip
-        return cls(**fields | {"setting": Setting(**fields["setting"]), "hyperparameters": config})
+        return cls(**fields | {"setting": EnvSpec(**fields["setting"]), "hyperparameters": config})
 
 
 def _of_kinds(values: Mapping[str, Any], kinds: Mapping[str, Any]) -> dict[str, Any]:

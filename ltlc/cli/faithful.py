@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ltlc.cli import flags, setting
-from ltlc.cli.findings import tell
+from ltlc.cli.diagnostics import tell
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:

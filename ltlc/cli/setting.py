@@ -13,7 +13,7 @@ from ltlc.cli.values import assignments, kinds_of
 
 if TYPE_CHECKING:
     from ltlc.compiler import DRA
-    from ltlc.envs.setting import Setting
+    from ltlc.envs.spec import EnvSpec
 
 
 def _scheme_names(incomplete: str) -> list[str]:
@@ -89,17 +89,17 @@ def setting_of(
     arguments: Sequence[str] | None,
     episode_steps: int | None = None,
     initial_label: Literal["read", "skip"] = "read",
-) -> Setting:
+) -> EnvSpec:
     """The environment that the options describe."""
-    from ltlc.envs.setting import Setting
+    from ltlc.envs.spec import EnvSpec
 
     kinds: dict[str, Any] = {}
     if arguments:
-        for name, default in Setting(env=env).default_arguments.items():
+        for name, default in EnvSpec(env=env).default_arguments.items():
             # A number may be given where the default is one of another kind; a word or a switch may not.
             kinds |= {name: type(default)} if isinstance(default, bool) else {}
             kinds |= {name: str | None} if isinstance(default, str) else {}
-    return Setting(
+    return EnvSpec(
         env=env,
         arguments=assignments(arguments, "--env-set", kinds),
         labels=labels,

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ltlc.cli import flags, setting
-from ltlc.cli.findings import tell
+from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.envs.setting import Setting
+    from ltlc.envs.spec import EnvSpec
     from ltlc.faithful import Shortfall
     from ltlc.mdp.verdict import Judge
     from ltlc.prism import Exported
@@ -101,7 +101,7 @@ def solve(
         print(f"The policy is in {output}.")
 
 
-def _export(folder: str, place: Setting, task: Task) -> Exported:
+def _export(folder: str, place: EnvSpec, task: Task) -> Exported:
     from ltlc.ltl import parse
     from ltlc.prism import export_checkable
 
@@ -124,7 +124,7 @@ def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
     }
 
 
-def _draw(path: Path, place: Setting, task: Task, judge: Judge, reward: str) -> None:
+def _draw(path: Path, place: EnvSpec, task: Task, judge: Judge, reward: str) -> None:
     pictures = import_module("ltlc.agents.pictures")
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InvalidArgumentError(f"{path}: the suffix must be .png, .svg or .pdf")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from ltlc.cli import flags, setting
-from ltlc.cli.findings import tell
+from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
 from ltlc.cli.values import assignments, kinds_of

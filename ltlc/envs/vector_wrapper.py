@@ -12,12 +12,12 @@ from gymnasium.vector.utils import batch_space
 
 from ltlc.automata import RabinAutomaton
 from ltlc.envs.batch import copied, merge, part
-from ltlc.envs.chance import Chances
-from ltlc.envs.choices import PairChoices
 from ltlc.envs.labeller import VectorLabeller
 from ltlc.envs.labels import ExtraLabels, LabelSource
 from ltlc.envs.letters import LabelNames
-from ltlc.envs.observe import ObservationMode, observer
+from ltlc.envs.observation import ObservationMode, observer
+from ltlc.envs.pair_actions import PairActionSpace
+from ltlc.envs.random_streams import RandomStreams
 from ltlc.envs.success import Success
 from ltlc.envs.wrapper import FLAT_INFO, BaseReward, InitialLabel, check_modes, warn_discount_varies
 from ltlc.errors import InvalidArgumentError, check_type
@@ -103,7 +103,7 @@ class LTLVectorWrapper(_VectorWrapper):
         self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
         self.observation_mode = observation
-        self.choices = PairChoices(tables, env.single_action_space)
+        self.choices = PairActionSpace(tables, env.single_action_space)
         if self.choices.active:
             self.single_action_space = self.choices.space
             self.action_space = batch_space(self.single_action_space, env.num_envs)
@@ -120,7 +120,7 @@ class LTLVectorWrapper(_VectorWrapper):
                 "on_deadlock that end none"
             )
         n = env.num_envs
-        self._chances = Chances(n)
+        self._streams = RandomStreams(n)
         self._state = np.full(n, tables.initial_state, dtype=np.int64)
         self._finished = np.zeros(n, dtype=np.bool_)
         self._any_finished = False
@@ -152,7 +152,7 @@ class LTLVectorWrapper(_VectorWrapper):
             warn_discount_varies(self.task)
         mask = (options or {}).get("reset_mask", self._everywhere)
         observations, infos = self.env.reset(seed=seed, options=None if options is None else dict(options))  # type: ignore[arg-type]
-        self._chances.seed(seed)
+        self._streams.seed(seed)
         ltl = self._begin(self.labeller.of(observations, infos, mask), mask)
         self._finished = self._finished & ~mask
         self._any_finished = bool(self._finished.any())
@@ -233,7 +233,7 @@ class LTLVectorWrapper(_VectorWrapper):
                 chance = tables.by_chance.take(index)
                 drawn = chance > 0
                 if drawn.any():
-                    stops[drawn] = self._chances.draw(drawn) < chance[drawn]
+                    stops[drawn] = self._streams.draw(drawn) < chance[drawn]
             if tables.stop_pays:
                 reward += np.where(stops, tables.stop_reward.take(index), 0.0)
         if terminated is not None and terminated.any():

@@ -13,13 +13,13 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.wrappers import Autoreset
 
 from ltlc.automata import RabinAutomaton
-from ltlc.envs.chance import Chance
-from ltlc.envs.choices import PairChoices
+from ltlc.envs.json_spec import with_clear_json
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import ExtraLabels, LabelSource, importable
 from ltlc.envs.letters import NamesOfLetters
-from ltlc.envs.observe import ObservationMode, observer
-from ltlc.envs.specs import with_clear_json
+from ltlc.envs.observation import ObservationMode, observer
+from ltlc.envs.pair_actions import PairActionSpace
+from ltlc.envs.random_streams import RandomStream
 from ltlc.envs.success import Success
 from ltlc.errors import InvalidArgumentError, RewardWarning, UnknownNameError, check_type
 from ltlc.ltl import Formula
@@ -69,7 +69,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             predicates, the text `module:name` of either (which specs and pickles can hold), or None for
             `info["labels"]`; see `ltlc.envs.labels`.
         observation: how the state of the automaton joins the observation: `dict`, `flat`, `index`, `none`; see
-            `ltlc.envs.observe.observer`.
+            `ltlc.envs.observation.observer`.
         reward: what becomes of the environment's own reward: it is replaced (`replace`), the task's is added to it
             (`add`), or it is put into the info (`info`).
         initial_label: whether the label of the first observation is read (`read`) or not (`skip`, as the thesis does).
@@ -127,7 +127,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
         self.observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self.observer.space
-        self.choices = PairChoices(tables, env.action_space)
+        self.choices = PairActionSpace(tables, env.action_space)
         if self.choices.active:
             self.action_space = self.choices.space
         self._base_reward = reward
@@ -136,7 +136,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._n_classes = tables.n_classes
         self._rows: dict[int, _Row] = {}
         self._names = NamesOfLetters(tables.aps)
-        self._chance = Chance()
+        self._stream = RandomStream()
         self._state = tables.initial_state
         self._success = Success(self.task.automaton, self._skip) if success_key else None
         self._flat_info = flat_info
@@ -170,7 +170,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             self.warn_discount = False
             warn_discount_varies(self.task)
         observation, info = self.env.reset(seed=seed, options=options)
-        self._chance.seed(seed)
+        self._stream.seed(seed)
         return self._first(observation, info)
 
     def _first(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
@@ -211,7 +211,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
         ltl = entries.copy()
         ltl["label"] = letter
-        if stop and (stop == 1 or self._chance.draw() < stop):
+        if stop and (stop == 1 or self._stream.draw() < stop):
             terminated = True
             reward += stop_reward
             ltl["reward"] = reward

@@ -20,7 +20,7 @@ from ltlc.agents.training.loop import train
 from ltlc.agents.training.run_folder import RunConfig, RunFolder
 from ltlc.cli.app import run
 from ltlc.compiler import compile
-from ltlc.envs.setting import Setting
+from ltlc.envs.spec import EnvSpec
 from ltlc.errors import FileFormatError, InvalidArgumentError
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def a_config(seed: int = 0) -> RunConfig:
     hyperparameters = DQNConfig(total_steps=200, seed=seed)
-    return RunConfig(setting=Setting(env="ltlc/Thesis5x5-v0"), num_envs=2, hyperparameters=hyperparameters)
+    return RunConfig(setting=EnvSpec(env="ltlc/Thesis5x5-v0"), num_envs=2, hyperparameters=hyperparameters)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

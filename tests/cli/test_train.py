@@ -24,7 +24,7 @@ from ltlc.cli import reproduce
 from ltlc.cli.app import run
 from ltlc.compiler import compile
 from ltlc.envs import recorded_automaton
-from ltlc.envs.setting import Setting
+from ltlc.envs.spec import EnvSpec
 from ltlc.errors import UnknownNameError
 from ltlc.mdp.verdict import Judge
 from ltlc.rewards import get_scheme
@@ -267,7 +267,7 @@ class TestTabular:
     ("arguments", "message"),
     [
         (["F goal", "--env", "FrozenLak-v1"], "unknown environment 'FrozenLak-v1'. Did you mean FrozenLake-v1"),
-        (["F goal", "--env", "FrozenLake-v1"], "give them with --labels module:function"),
+        (["F goal", "--env", "FrozenLake-v1"], "give labels, the text module:function"),
         (["F gaol", *LAKE[1:]], "'gaol'. Did you mean goal"),
         (["F A & F D", "--env", "ltlc/Thesis5x5-v0"], "(no label produces it): 'D'"),
         (["F goal", "--env", "FrozenLake-v1", "--labels", "labels"], "expected module:name"),
@@ -537,7 +537,7 @@ class TestReproduce:
 
 
 def test_what_the_states_of_the_thesis_wait_for() -> None:
-    setting = Setting(env="ltlc/Thesis10x10-v0", initial_label="skip")
+    setting = EnvSpec(env="ltlc/Thesis10x10-v0", initial_label="skip")
     task = Task(recorded_automaton("phi_1"), reward="thesis")
     assert setting.model is not None
     judge = Judge(setting.model, task.automaton, task.tables, initial_label="skip")
@@ -548,7 +548,7 @@ def test_what_the_states_of_the_thesis_wait_for() -> None:
 
 @pytest.mark.parametrize("name", ["frontier", "two-discount", "zeta-reach"])
 def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> None:
-    setting = Setting(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
+    setting = EnvSpec(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
     assert setting.model is not None
     task = Task("GF A & G !C", get_scheme(name))
     judge = Judge(setting.model, task.automaton, task.tables)
@@ -561,7 +561,7 @@ def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> N
 
 def test_labels_of_the_user_on_a_grid_world() -> None:
     Path("corners.py").write_text("corner = {'corner': lambda cell: bool(cell == 0)}\n")
-    setting = Setting(env="ltlc/Thesis5x5-v0", labels="corners.py:corner")
+    setting = EnvSpec(env="ltlc/Thesis5x5-v0", labels="corners.py:corner")
     assert setting.model is None  # the model of a grid world has the labels of its map
     _, infos = setting.vector(Task("F corner"), 2).reset(seed=0)
     assert infos["ltl"]["label"].tolist() == [0, 0]
@@ -587,7 +587,7 @@ class TestTermination:
 
     def test_what_follows_must_be_one_of_two(self, capsys: pytest.CaptureFixture[str]) -> None:
         with pytest.raises(UnknownNameError, match="unknown termination mode 'sometimes'"):
-            RunConfig(setting=Setting(env="ltlc/Grid-v0"), on_termination="sometimes").task(compile("F goal"))
+            RunConfig(setting=EnvSpec(env="ltlc/Grid-v0"), on_termination="sometimes").task(compile("F goal"))
         assert run(["train", *GRID, "--on-termination", "sometimes"]) == 2
         assert "repeat" in capsys.readouterr().err
 

@@ -9,12 +9,12 @@ from suite_tasks import RIGHT, STAY, grid
 
 from ltlc import compile
 from ltlc.cli.app import run
-from ltlc.diagnosis import Finding, diagnose, shortest_satisfaction
+from ltlc.diagnosis import Diagnostic, diagnose, shortest_satisfaction
 from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
 
 
-def kinds(findings: tuple[Finding, ...]) -> list[tuple[str, str | None]]:
-    return [(finding.kind, finding.proposition) for finding in findings]
+def kinds(diagnostics: tuple[Diagnostic, ...]) -> list[tuple[str, str | None]]:
+    return [(diagnostic.kind, diagnostic.proposition) for diagnostic in diagnostics]
 
 
 def corridor(n: int = 6) -> LabelledMDP:

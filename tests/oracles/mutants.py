@@ -23,7 +23,7 @@ from ltlc.agents.tabular.policy import TablePolicy
 from ltlc.agents.training.run_folder import RunConfig, RunFolder
 from ltlc.agents.training.storage import write_file
 from ltlc.envs import VectorGridWorld
-from ltlc.envs.setting import Setting
+from ltlc.envs.spec import EnvSpec
 from ltlc.errors import LtlcError
 from ltlc.formats import from_hoa, from_json, to_hoa, to_json
 from ltlc.mdp import LabelledMDP
@@ -154,7 +154,7 @@ def _mutated_json(rng: random.Random, text: str, tree: Any) -> str:
 
 def _config(folder: Path) -> tuple[Maker, Reader]:
     """The configuration of a run."""
-    RunFolder.create(folder, RunConfig(setting=Setting(env="FrozenLake-v1")), compile("F a")).close()
+    RunFolder.create(folder, RunConfig(setting=EnvSpec(env="FrozenLake-v1")), compile("F a")).close()
     path = folder / "config.json"
     text = path.read_text()
 

@@ -27,7 +27,7 @@ EPISODE_STEPS = 500
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setting:
+class EnvSpec:
     """Where a task is learned: an environment by name, its labels, and where its episodes are cut.
 
     Nothing is made until it is asked for.
@@ -219,6 +219,6 @@ def _made(spec: Any, arguments: dict[str, Any], num_envs: int | None = None, **o
 def _check_labels_itself(env: gym.Env[Any, Any], name: str) -> None:
     if not env.has_wrapper_attr("propositions") and "labels" not in env.reset(seed=0)[1]:
         raise InvalidArgumentError(
-            f"{name} says nothing about propositions; give them with --labels module:function, where the function "
+            f"{name} says nothing about propositions; give labels, the text module:function of a function that "
             "takes the observation of one environment and returns the set of names that hold"
         )

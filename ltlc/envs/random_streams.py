@@ -20,7 +20,7 @@ _FIRST, _SECOND = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 _WORD = (1 << 64) - 1
 
 
-class Chance:
+class RandomStream:
     """One stream of numbers in [0, 1)."""
 
     def __init__(self) -> None:
@@ -37,8 +37,8 @@ class Chance:
         return (_mix(self._state) >> 11) * 2.0**-53
 
 
-class Chances:
-    """Many streams; stream i seeded with s draws what `Chance` seeded with s + i draws."""
+class RandomStreams:
+    """Many streams; stream i seeded with s draws what `RandomStream` seeded with s + i draws."""
 
     def __init__(self, n: int) -> None:
         self._state = fresh_keys(n)

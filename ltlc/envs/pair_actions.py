@@ -13,7 +13,7 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 
-class PairChoices:
+class PairActionSpace:
     """The actions of a wrapped environment whose task has choices (`RewardTables.commit`).
 
     Of an environment with n actions, action a + n * (1 + i) chooses pair i and then does a; action a only does a.

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ltlc.automata import RabinAutomaton
-    from ltlc.envs.setting import Setting
+    from ltlc.envs.spec import EnvSpec
     from ltlc.mdp import MaxSatisfaction
 
 
 def tell(
     automaton: RabinAutomaton,
-    place: Setting,
+    place: EnvSpec,
     *,
     episodes: bool = False,
     maximum: MaxSatisfaction | None = None,
@@ -23,7 +23,7 @@ def tell(
     Args:
         automaton: of the task.
         place: the environment; where its dynamics are not known, only the formula is looked at.
-        episodes: whether episodes are cut where the setting says.
+        episodes: whether episodes are cut where the environment says.
         maximum: the largest satisfaction probability, where it has been computed before.
     """
     from ltlc.diagnosis import diagnose
@@ -36,5 +36,5 @@ def tell(
         maximum=maximum,
     )
     sys.stdout.flush()
-    for finding in found:
-        print(f"ltlc: note: {finding.text}", file=sys.stderr)
+    for diagnostic in found:
+        print(f"ltlc: note: {diagnostic.text}", file=sys.stderr)
