@@ -69,8 +69,8 @@ def found_before() -> list[str]:
     return [
         " <-> ".join(f"F p{i}" for i in range(10)),
         " xor ".join(f"GF p{i}" for i in range(10)),
-        "F" * 3_000 + "a",
-        "!" * 30_000 + "a",
+        "F" * 100_000 + "a",
+        "!" * 1_000_000 + "a",
         "(" + " & ".join(f"(F a{i})" for i in range(1, 9)) + ") U G b | GF c",
         f"({windows('a')}) <-> ({windows('b')})",
         "GF((Ga & F(b R Xc)) | (F!a & G(!b U X!c)))",

@@ -77,8 +77,8 @@ def simplify(clauses: Iterable[Clause], limit: int | None = None) -> Acceptance:
         TooManyClausesError: more than `limit` remain.
     """
     kept: list[Clause] = []
-    for clause in sorted(set(clauses), key=_length):
-        if kept and not len(kept) & 63:
+    for n, clause in enumerate(sorted(set(clauses), key=_length), 1):
+        if not n & 63:
             check_time()
         fin, inf, promises = clause
         if not fin & inf and not any(

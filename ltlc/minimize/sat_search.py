@@ -20,18 +20,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
 from itertools import combinations, pairwise, permutations, product
+from threading import Timer
 from typing import Any, NamedTuple
 
 from ltlc import graph
 from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
-from ltlc.budget import check_time
+from ltlc.budget import check_time, time_left
 from ltlc.errors import MissingProgramError
 from ltlc.minimize.collapse import Structure
 from ltlc.minimize.residuals import Part
 
 _SOLVER = "glucose4"
 _CONFLICTS = 2000
-"""conflicts after which the solver looks at the clock."""
+"""conflicts after which the solver gives Python a chance to be interrupted."""
 
 _MAX_PERMUTED = 4
 """numbers of copies up to which all permutations are looked at."""
@@ -122,10 +123,26 @@ class Search:
     def _solve(self) -> bool:
         while True:
             self._solver.conf_budget(_CONFLICTS)
-            answer = self._solver.solve_limited()
+            answer = self._interruptible()
             if answer is not None:
                 return bool(answer)
             check_time()
+
+    def _interruptible(self) -> bool | None:
+        """What the solver finds within its conflicts and the time of the call, or None."""
+        seconds = time_left()
+        if seconds is None:
+            answer: bool | None = self._solver.solve_limited()
+            return answer
+        timer = Timer(seconds, self._solver.interrupt)
+        timer.start()
+        try:
+            answer = self._solver.solve_limited(expect_interrupt=True)
+            return answer
+        finally:
+            timer.cancel()
+            timer.join()
+            self._solver.clear_interrupt()
 
     # Variables and clauses
 

@@ -244,7 +244,7 @@ class Closure(Nodes):
     ) -> Derivative:
         merged: Derivative = {}
         for a, letters_a in f.items():
-            if len(g) > _MANY:
+            if len(g) > _MANY or len(merged) > _MANY:
                 check_time()
             for b, letters_b in g.items():
                 common = letters_a & letters_b

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ltlc.automata import canonical
+from ltlc.automata.canonical import canonical
 from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
@@ -23,10 +23,11 @@ from ltlc.errors import (
     UnknownNameError,
 )
 from ltlc.ltl import Formula, propositions, simplify
-from ltlc.minimize import collapse, merge_by_trial, to_state_based
-from ltlc.minimize.merge_by_trial import EFFORT
+from ltlc.minimize.collapse import collapse
+from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 from ltlc.minimize.reduce import settled
 from ltlc.minimize.sat_minimize import minimize
+from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.letters import Letters, letters_of

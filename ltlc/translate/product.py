@@ -98,8 +98,11 @@ class _Product:
                     if (common := letters & letters_i)
                 ]
                 self.budget.check_moves(len(partial), n_letters)
+        moves = []
+        for letters, targets, marks in partial:
             check_time()
-        return [(letters, self.settle(skeleton, targets), marks) for letters, targets, marks in partial]
+            moves.append((letters, self.settle(skeleton, targets), marks))
+        return moves
 
     def _successors(self, component: int, state: Hashable) -> Successors:
         """Asked once: the closure learns atoms on the way, and could write a later answer with other obligations."""
@@ -145,8 +148,8 @@ def assign(skeleton: Skeleton, component: int, value: bool) -> Skeleton:
 def antichain(clauses: set[int]) -> Skeleton:
     """The clauses that no other clause implies, sorted."""
     kept: list[int] = []
-    for c in sorted(clauses, key=int.bit_count):
-        if kept and not len(kept) & 63:
+    for n, c in enumerate(sorted(clauses, key=int.bit_count), 1):
+        if not n & 63:
             check_time()
         if not any(d & ~c == 0 for d in kept):
             kept.append(c)
