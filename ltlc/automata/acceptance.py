@@ -11,7 +11,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from ltlc.budget import check_time
@@ -109,13 +109,13 @@ def disjunction(a: Acceptance, b: Acceptance, limit: int | None = None) -> Accep
     return simplify((*a, *b), limit)
 
 
-def negation(a: Acceptance) -> Acceptance:
-    """The condition fails; without promises."""
+def negation(a: Acceptance, limit: int | None = None) -> Acceptance:
+    """The condition fails; without promises; `limit` as in `simplify`."""
     result = ALWAYS
     for fin, inf, promises in a:
         ways = [Clause(0, 1 << m) for m in bits(fin)] + [Clause(1 << m, 0) for m in bits(inf)]
         ways += [Clause(partner, mark) for mark, partner in promises]
-        result = conjunction(result, simplify(ways))
+        result = conjunction(result, simplify(ways), limit)
     return result
 
 
@@ -131,3 +131,19 @@ def restrict(a: Acceptance, possible: int, certain: int) -> Acceptance:
     """Simplify for where only `possible` marks exist and the `certain` ones are on every edge."""
     clauses = (c for c in a if not c.inf & ~possible and not c.fin & certain)
     return simplify([Clause(c.fin & possible, c.inf & ~certain, c.promises) for c in clauses])
+
+
+def without_implied(a: Acceptance, implied: Mapping[int, int]) -> Acceptance:
+    """Simplify for where each mark (by its number) is only on edges with the marks that it implies, itself included."""
+    clauses = []
+    for fin, inf, promises in a:
+        if any(implied[m] & fin for m in bits(inf)):
+            continue
+        for m in bits(inf):
+            if any(implied[other] >> m & 1 for other in bits(inf & ~(1 << m))):
+                inf &= ~(1 << m)
+        for m in bits(fin):
+            if implied[m] & fin & ~(1 << m):
+                fin &= ~(1 << m)
+        clauses.append(Clause(fin, inf, promises))
+    return simplify(clauses)

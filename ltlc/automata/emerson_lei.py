@@ -14,8 +14,9 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Final, NamedTuple, TypeVar
 
 from ltlc import graph
-from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, negation, restrict
+from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, negation, restrict, without_implied
 from ltlc.budget import NO_LIMIT, Budget, check_time
+from ltlc.graph import bits
 
 State = TypeVar("State", bound=Hashable)
 
@@ -123,6 +124,7 @@ def localized(automaton: EmersonLei) -> EmersonLei:
     component = automaton.component
     n_components = max(component) + 1
     possible, certain = [0] * n_components, [-1] * n_components
+    seen: list[set[int]] = [set() for _ in range(n_components)]
     for q, edges in enumerate(automaton.edges):
         here = component[q]
         if not q & 15:
@@ -131,12 +133,14 @@ def localized(automaton: EmersonLei) -> EmersonLei:
             if component[edge.target] == here:
                 possible[here] |= edge.marks
                 certain[here] &= edge.marks
+                seen[here].add(edge.marks)
     conditions = [NEVER] * n_components
     useful = [0] * n_components
     for q, condition in enumerate(automaton.acceptance):
         here = component[q]
         if certain[here] != -1 and not useful[here] and conditions[here] == NEVER:
-            conditions[here] = restrict(condition, possible[here], certain[here])
+            simpler = restrict(condition, possible[here], certain[here])
+            conditions[here] = without_implied(simpler, _implied(seen[here]))
             for clause in conditions[here]:
                 useful[here] |= clause.fin | clause.inf
     kept = []
@@ -147,6 +151,15 @@ def localized(automaton: EmersonLei) -> EmersonLei:
         moves = ((e.letters, e.target, e.marks & useful[here] if component[e.target] == here else 0) for e in edges)
         kept.append(tuple(merged(moves)))
     return automaton.relabelled(tuple(kept), tuple(conditions[c] for c in component))
+
+
+def _implied(seen: Iterable[int]) -> dict[int, int]:
+    """The marks that are on every edge with a mark, for each mark, from the sets of marks on edges."""
+    implied: dict[int, int] = {}
+    for marks in seen:
+        for m in bits(marks):
+            implied[m] = implied.get(m, marks) & marks
+    return implied
 
 
 def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[int]:

@@ -18,21 +18,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import reduce
-from typing import NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.acceptance import Acceptance, holds, negation
+from ltlc.automata.acceptance import Acceptance, TooManyClausesError, holds, negation
 from ltlc.automata.alphabet import grouped
 from ltlc.automata.emerson_lei import Edge, EmersonLei, explore, merged
-from ltlc.automata.rabin import IntArray, RabinAutomaton
+from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 
 _MAX_CYCLE_NODES = 2000
+_MAX_CYCLE_WORK = 1 << 24
+"""Edges looked at for one decomposition: some seconds."""
 _PAIRS_PER_ENTRY = 16
 """The marks of so many pairs take the memory of one entry in the table of next states, as lists and as arrays."""
+
+
+Way = Literal["smaller", "counters", "cycles"]
 
 
 class InnerEdge(NamedTuple):
@@ -61,9 +66,15 @@ class Memory(Protocol):
 
 
 class Counters:
-    """See the module docstring."""
+    """See the module docstring.
 
-    def __init__(self, condition: Acceptance) -> None:
+    Args:
+        condition: of the component.
+        ahead: whether a counter that has met all of its marks goes on with what the same edge has for the next round.
+    """
+
+    def __init__(self, condition: Acceptance, *, ahead: bool = True) -> None:
+        self._ahead = ahead
         self._condition = condition
         self.n_pairs = len(condition)
         lists = {clause.inf for clause in condition if clause.inf.bit_count() > 1}
@@ -84,7 +95,7 @@ class Counters:
         met: dict[int, bool] = {}
         for inf, waits in self._waits.items():
             memory, level = divmod(memory, len(waits))
-            level, met[inf] = _advance(level, waits, edge.marks)
+            level, met[inf] = _advance(level, waits, edge.marks, self._ahead)
             following += radix * level
             radix *= len(waits)
         fins = infs = 0
@@ -96,13 +107,13 @@ class Counters:
         return following, fins, infs
 
 
-def _advance(level: int, waits: Sequence[int], marks: int) -> tuple[int, bool]:
+def _advance(level: int, waits: Sequence[int], marks: int, ahead: bool) -> tuple[int, bool]:
     while level < len(waits) and marks >> waits[level] & 1:
         level += 1
     if level < len(waits):
         return level, False
     level = 0
-    while level < len(waits) - 1 and marks >> waits[level] & 1:
+    while ahead and level < len(waits) - 1 and marks >> waits[level] & 1:
         level += 1
     return level, True
 
@@ -123,11 +134,15 @@ class CycleDecomposition:
         self._condition = condition
         everything = frozenset(range(len(edges)))
         self._root_accepts = self._accepts(everything)
-        ways = {True: condition, False: negation(condition)}
+        ways = {True: condition, False: negation(condition, _MAX_CYCLE_NODES)}
+        work = 0
         self._nodes = [self._node(everything, -1, 0)]
         self._children: list[list[int]] = []
         for index, node in enumerate(self._nodes):  # grows while it is read
             wanted = self._root_accepts == bool(node.depth % 2)
+            work += len(node.edges) * len(ways[wanted])
+            if work > _MAX_CYCLE_WORK:
+                raise OverflowError
             parts = self._maximal_parts(node.edges, ways[wanted], wanted)
             self._children.append(list(range(len(self._nodes), len(self._nodes) + len(parts))))
             self._nodes.extend(self._node(part, index, node.depth + 1) for part in parts)
@@ -219,25 +234,43 @@ def _strong_edge_sets(kept: Sequence[int], edges: Sequence[InnerEdge]) -> list[f
 
 
 def to_rabin(
-    automaton: EmersonLei, aps: tuple[str, ...], letter_class: IntArray, budget: Budget, *, parity: bool = False
+    automaton: EmersonLei,
+    aps: tuple[str, ...],
+    letter_class: IntArray,
+    budget: Budget,
+    *,
+    initial_state: int = 0,
+    on_states: bool = False,
+    way: Way = "smaller",
+    least_pairs: int = 1,
 ) -> RabinAutomaton:
-    """The transition-based Rabin automaton of a (localized) Emerson-Lei automaton.
+    """The Rabin automaton of an Emerson-Lei automaton, `localized` before unless each clause has one Inf mark at most.
+
+    States keep their numbers if no component needs a memory; otherwise they are numbered breadth-first.
 
     Args:
         automaton: its letters are letter classes.
         aps: propositions of the result.
         letter_class: shape (2**len(aps),); entry = class of the letter.
         budget: on the states and the size of the tables.
-        parity: take the second way wherever it can be: its marks form chains, which suits marks on states.
+        initial_state: of the automaton.
+        on_states: whether the edges of each state have the same marks, and those of the result are to be on states,
+            which counters alone can do.
+        way: which of the two each component that needs a memory takes; the marks of "cycles", which is then taken
+            wherever it applies, form chains, which suits marks on states.
+        least_pairs: the result has at least as many pairs.
 
     Raises:
         StateLimitExceeded, TimeLimitExceeded: the budget ran out.
     """
     component = automaton.component
     memories: list[Memory] = [
-        _best_memory(automaton, members, component, parity) for members in graph.component_members(component)
+        Counters(automaton.acceptance[members[0]], ahead=False)
+        if on_states
+        else _best_memory(automaton, members, component, way)
+        for members in graph.component_members(component)
     ]
-    n_pairs = max(1, *(memory.n_pairs for memory in memories))
+    n_pairs = max(least_pairs, *(memory.n_pairs for memory in memories))
 
     def move(q: int, memory: int, edge: Edge) -> tuple[int, int]:
         """The next memory, and the pairs whose Fin (high) and Inf (low) marks are seen."""
@@ -251,19 +284,30 @@ def to_rabin(
         q, memory = state
         for edge in automaton.edges[q]:
             following, marks = move(q, memory, edge)
-            yield edge.letters, (edge.target, following), marks
+            yield edge.letters, (edge.target, following), 0 if on_states else marks
+
+    def marks_of(q: int, memory: int) -> int:
+        """Those of a copy of a state."""
+        seen = reduce(int.__or__, (edge.marks for edge in automaton.edges[q]))
+        return move(q, memory, Edge(0, q, seen))[1]
 
     if all(memory.is_constant for memory in memories):
-        edges = [merged((e.letters, e.target, move(q, 0, e)[1]) for e in out) for q, out in enumerate(automaton.edges)]
+        copies = [(q, 0) for q in range(automaton.n_states)]
+        edges = [merged([(letters, q, marks) for letters, (q, _), marks in successors(copy)]) for copy in copies]
     else:
-        _, edges = explore((0, memories[component[0]].start(0)), successors, budget)
-    return _as_arrays(edges, n_pairs, aps, letter_class, budget)
+        start = memories[component[initial_state]].start(initial_state)
+        copies, edges = explore((initial_state, start), successors, budget)
+        initial_state = 0
+    state_marks = [marks_of(q, memory) for q, memory in copies] if on_states else None
+    block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, int(letter_class.max()) + 1, budget)
+    acceptance: Literal["state", "transition"] = "state" if on_states else "transition"
+    return RabinAutomaton(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance)
 
 
-def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], parity: bool) -> Memory:
+def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], way: Way) -> Memory:
     condition = automaton.acceptance[members[0]]
     counters = Counters(condition)
-    if counters.is_constant and not (parity and len(condition) > 1):
+    if way == "counters" or (counters.is_constant and not (way == "cycles" and len(condition) > 1)):
         return counters
     inner = [
         InnerEdge(q, e.target, e.marks)
@@ -273,31 +317,42 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
     ]
     try:
         decomposition = CycleDecomposition(condition, list(dict.fromkeys(inner)))
-    except OverflowError:
+    except (OverflowError, TooManyClausesError):
         return counters
-    return decomposition if parity or decomposition.size(members) <= counters.size(members) else counters
+    return decomposition if way == "cycles" or decomposition.size(members) <= counters.size(members) else counters
 
 
 def _as_arrays(
-    edges: Sequence[Sequence[Edge]], n_pairs: int, aps: tuple[str, ...], letter_class: IntArray, budget: Budget
-) -> RabinAutomaton:
-    """Dense tables over the coarsest letter classes that the edges respect."""
+    edges: Sequence[Sequence[Edge]], state_marks: Sequence[int] | None, n_pairs: int, n_classes: int, budget: Budget
+) -> tuple[IntArray, IntArray, BoolArray, BoolArray]:
+    """Dense tables over the coarsest letter classes that the edges respect; marks are those of edges if not of states.
+
+    Returns:
+        The new class of each old one, next states, Fin and Inf marks; as in `RabinAutomaton`.
+    """
     distinct = list(dict.fromkeys(e.letters for out in edges for e in out))
-    block_of, block_sets = grouped(distinct, int(letter_class.max()) + 1)
+    block_of, block_sets = grouped(distinct, n_classes)
     n_blocks = int(block_of.max()) + 1
     budget.check_table(len(edges), n_blocks * max(1, n_pairs // _PAIRS_PER_ENTRY))
-    columns = dict(zip(distinct, map(bits, block_sets), strict=True))
-    targets = [[0] * n_blocks for _ in edges]
-    seen = [[0] * n_blocks for _ in edges]
-    for out, target_row, seen_row in zip(edges, targets, seen, strict=True):
-        check_time()
-        for letter_set, target, marks in out:
-            for i in columns[letter_set]:
-                target_row[i], seen_row[i] = target, marks
-    table = np.array(seen, dtype=np.int64 if n_pairs <= 31 else object)
-    fin, inf = np.empty((n_pairs, *table.shape), dtype=np.bool_), np.empty((n_pairs, *table.shape), dtype=np.bool_)
+    blocks = dict(zip(distinct, map(bits, block_sets), strict=True))
+    taken = np.empty((len(edges), n_blocks), dtype=np.int32)
+    number = 0
+    for q, out in enumerate(edges):
+        if not q & 15:
+            check_time()
+        row = taken[q]
+        for edge in out:
+            row[blocks[edge.letters]] = number
+            number += 1
+    delta = np.array([edge.target for out in edges for edge in out], dtype=np.int32)[taken]
+    marks = [edge.marks for out in edges for edge in out] if state_marks is None else state_marks
+    kinds: dict[int, int] = {}
+    kind = np.array([kinds.setdefault(mark, len(kinds)) for mark in marks], dtype=np.int32)
+    if state_marks is None:
+        kind = kind[taken]
+    fin, inf = np.empty((n_pairs, *kind.shape), dtype=np.bool_), np.empty((n_pairs, *kind.shape), dtype=np.bool_)
     for i in range(n_pairs):
         check_time()
-        fin[i], inf[i] = table >> (n_pairs + i) & 1, table >> i & 1
-    delta = np.array(targets, dtype=np.int32)
-    return RabinAutomaton(aps, delta, block_of[letter_class], fin, inf, acceptance="transition")
+        inf[i] = np.array([mark >> i & 1 for mark in kinds], dtype=np.bool_)[kind]
+        fin[i] = np.array([mark >> n_pairs + i & 1 for mark in kinds], dtype=np.bool_)[kind]
+    return block_of, delta, fin, inf

@@ -6,13 +6,13 @@ reader (do guards overlap, do they cover every letter) are then single operation
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.alphabet import letter_classes
+from ltlc.automata.alphabet import letter_classes, truth_column
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
@@ -152,15 +152,9 @@ def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence
     Raises:
         AlphabetLimitExceeded: the table would not fit into memory.
     """
-    distinct = list(dict.fromkeys(guards))
-    letter_class, smallest = letter_classes(_columns(distinct, n_aps), 1 << n_aps)
-    if smallest.size * n_states > MAX_TABLE:
-        raise AlphabetLimitExceeded(
-            f"{n_states} states times {smallest.size} letter classes: the transition table would have more than "
-            f"{MAX_TABLE} entries. Use fewer propositions."
-        )
-    taken = {guard: np.flatnonzero(_column(guard, n_aps)[smallest]) for guard in distinct}
-    table = np.full((n_states, smallest.size), -1, dtype=np.int32)
+    letter_class, classes = guard_classes(n_aps, n_states, guards)
+    taken = {guard: np.flatnonzero(column) for guard, column in classes.items()}
+    table = np.full((n_states, int(letter_class.max()) + 1), -1, dtype=np.int32)
     for edge, (source, guard) in enumerate(zip(sources, guards, strict=True)):
         if not edge & 255:
             check_time()
@@ -168,16 +162,26 @@ def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence
     return letter_class, table
 
 
+def guard_classes(n_aps: int, n_states: int, guards: Iterable[int]) -> tuple[IntArray, dict[int, BoolArray]]:
+    """Group the letters as `tabulate` does, and find the classes of each guard, shape (n_classes,).
+
+    Raises:
+        AlphabetLimitExceeded: a table over states and classes would not fit into memory.
+    """
+    distinct = list(dict.fromkeys(guards))
+    letter_class, smallest = letter_classes(_columns(distinct, n_aps), 1 << n_aps)
+    if smallest.size * n_states > MAX_TABLE:
+        raise AlphabetLimitExceeded(
+            f"{n_states} states times {smallest.size} letter classes: the transition table would have more than "
+            f"{MAX_TABLE} entries. Use fewer propositions."
+        )
+    return letter_class, {guard: truth_column(guard, 1 << n_aps)[smallest] for guard in distinct}
+
+
 def _columns(guards: Sequence[int], n_aps: int) -> Iterator[npt.NDArray[np.int64]]:
     """The guards as columns over the letters, many in one column as the bits of an integer: that saves sorting."""
     for start in range(0, len(guards), _COLUMNS_AT_ONCE):
         column = np.zeros(1 << n_aps, dtype=np.int64)
         for guard in guards[start : start + _COLUMNS_AT_ONCE]:
-            column = 2 * column + _column(guard, n_aps)
+            column = 2 * column + truth_column(guard, 1 << n_aps)
         yield column
-
-
-def _column(letters: int, n_aps: int) -> BoolArray:
-    n_letters = 1 << n_aps
-    data = np.frombuffer(letters.to_bytes((n_letters + 7) // 8, "little"), dtype=np.uint8)
-    return np.unpackbits(data, count=n_letters, bitorder="little").astype(np.bool_)

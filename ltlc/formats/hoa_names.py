@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ltlc.automata.rabin import BoolArray
-from ltlc.formats.hoa_acceptance import Atom, atoms_of
+from ltlc.formats.hoa_acceptance import AcceptanceSet, Atom, sets_of
 from ltlc.ltl.formula import FALSE, TRUE, And, Formula, Or, Proposition
 from ltlc.ltl.traversal import postorder
 
@@ -30,7 +30,7 @@ def is_misnamed(condition: Formula, name: Sequence[str]) -> bool:
         name: the words of the header acc-name.
     """
     kind, *words = name
-    most = max(len(atoms_of(condition)) + 2, len(words))  # a condition of a billion sets differs as one of these does
+    most = max(2 * len(sets_of(condition)) + 2, len(words))  # a billion sets differ as these do
     numbers = [min(int(word[:9]), most) for word in words if word.isdecimal()]
     patterns = _patterns(kind, words, numbers)
     return bool(patterns) and all(_differ(condition, pattern) for pattern in patterns)
@@ -92,7 +92,7 @@ def _differ(one: Formula, other: Formula) -> bool:
     """Whether two conditions are seen to differ; those of more than `_EXACT` sets are compared by samples."""
     if one is other:
         return False
-    sets = sorted({(atom.number, atom.complement) for condition in (one, other) for atom in atoms_of(condition)})
+    sets = sorted({*sets_of(one), *sets_of(other)})
     n = len(sets)
     if n <= _EXACT:
         taken = (np.arange(1 << n)[:, None] >> np.arange(n) & 1).astype(np.bool_)
@@ -104,14 +104,14 @@ def _differ(one: Formula, other: Formula) -> bool:
     return not np.array_equal(_truth(one, column, len(taken)), _truth(other, column, len(taken)))
 
 
-def _truth(condition: Formula, taken: dict[tuple[int, bool], BoolArray], size: int) -> BoolArray:
+def _truth(condition: Formula, taken: dict[AcceptanceSet, BoolArray], size: int) -> BoolArray:
     """Where a condition holds, by whether each set, and each complement of one, is taken infinitely often."""
     value: dict[Formula, BoolArray] = {}
     for node in postorder(condition):
         parts = [value[arg] for arg in node.args]
         if isinstance(node, Proposition):
-            atom = Atom.of(node.name)
-            value[node] = taken[atom.number, atom.complement] ^ (not atom.is_inf)
+            atom = Atom.parse(node.name)
+            value[node] = taken[atom.of] ^ (not atom.is_inf)
         elif isinstance(node, And):
             value[node] = np.logical_and.reduce(parts)
         else:

@@ -9,17 +9,22 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
-from ltlc.automata.rabin import MAX_APS, BoolArray, RabinAutomaton
-from ltlc.budget import check_time
-from ltlc.errors import AlphabetLimitExceeded, FileFormatError
-from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, letters_of, letters_with, tabulate
-from ltlc.formats.hoa_acceptance import MAX_TERMS, Atom, Terms, TooManyTermsError, atoms_of, terms_of, with_rabin_pairs
+from ltlc.automata.acceptance import NEVER, Acceptance, TooManyClausesError
+from ltlc.automata.alphabet import truth_table
+from ltlc.automata.emerson_lei import Edge, EmersonLei, localized
+from ltlc.automata.rabin import MAX_APS, RabinAutomaton
+from ltlc.automata.rabin_pairs import Way, to_rabin
+from ltlc.budget import NO_LIMIT, Budget, check_time
+from ltlc.errors import AlphabetLimitExceeded, FileFormatError, StateLimitExceeded
+from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, guard_classes, letters_of, letters_with
+from ltlc.formats.hoa_acceptance import MAX_CLAUSES, AcceptanceSet, acceptance_of, sets_of
 from ltlc.formats.hoa_claims import Evidence, failing_claim
 from ltlc.formats.hoa_names import is_misnamed, rabin
 from ltlc.formats.hoa_parser import Header, HeaderItem, HoaSyntaxError, StateItem, parse_body, parse_header, parse_label
@@ -30,6 +35,10 @@ if TYPE_CHECKING:
     from lark import Token
 
 _ONCE = ("states", "aps", "acceptance", "name")
+_MAX_STATES = 100_000
+"""States of the largest automaton with counters that is built,"""
+_MAX_MARKS = 1 << 24
+"""and entries of its largest table, one for each state, letter class and pair."""
 _NUMBER = re.compile(r"0|[1-9][0-9]*")
 
 
@@ -209,9 +218,9 @@ class _Reader:
 
     def _read_acceptance(self, _keyword: Token, count: Token, condition: Formula) -> None:
         self.header.n_sets = self._int(count, count)
-        for atom in sorted(atoms_of(condition)):
-            if atom.number >= self.header.n_sets:
-                self._fail(count, f"the condition speaks of set {atom.number}, the number of sets is {count}")
+        for number, _ in sets_of(condition):
+            if number >= self.header.n_sets:
+                self._fail(count, f"the condition speaks of set {number}, the number of sets is {count}")
         self.header.acceptance, self.header.condition = count, condition
 
     def _read_name(self, _keyword: Token, name: Token) -> None:
@@ -392,50 +401,91 @@ class _Reader:
         delta = np.zeros((1, 1), dtype=np.int32)
         return RabinAutomaton(tuple(self.header.aps), delta, letters, marks, marks, formula=self.header.name)
 
-    def _terms(self) -> Terms:
-        """The acceptance condition as a disjunction; of a condition that is no list of pairs, only for sets in use."""
+    def _acceptance(self, mark: Mapping[AcceptanceSet, int]) -> Acceptance:
+        """Read the acceptance condition; of one that is no list of Rabin pairs, only the sets in use."""
         header, body = self.header, self.body
         used = set[int]().union(*set(body.state_marks.values()), *set(body.marks))
-        if header.n_sets <= 2 * MAX_TERMS and header.condition is rabin(header.n_sets // 2):
+        if header.n_sets <= 2 * MAX_CLAUSES and header.condition is rabin(header.n_sets // 2):
             used = set(range(header.n_sets))
         try:
-            return terms_of(header.condition, used)
-        except TooManyTermsError:
-            message = f"the acceptance condition has more than {MAX_TERMS} terms when written as pairs"
+            return acceptance_of(header.condition, mark, used)
+        except TooManyClausesError:
+            message = f"the acceptance condition has more than {MAX_CLAUSES} terms when written as pairs"
             self._fail(header.acceptance or 0, message)
 
     def _completed(self, n_states: int, complete: bool) -> RabinAutomaton:
+        """Form Rabin pairs; an incomplete automaton gets a rejecting sink."""
         header, body = self.header, self.body
-        letter_class, edge = tabulate(len(header.aps), n_states + (not complete), body.sources, body.guards)
-        terms = self._terms()
-        if edge.size * 2 * len(terms) > MAX_TABLE:
-            raise AlphabetLimitExceeded(f"tables of {edge.size} transitions and {len(terms)} pairs are too large")
-        targets = np.array([*body.targets, n_states], dtype=np.int32)  # the last one is taken where edge is -1
         on_transitions = body.on_edges or ("trans-acc" in header.claims and "state-acc" not in header.claims)
-        names = tuple(body.names.get(q, str(q)) for q in range(n_states + (not complete))) if body.names else None
-        no_marks = np.zeros((0, *(edge.shape if on_transitions else edge.shape[:1])), dtype=np.bool_)
-        skeleton = RabinAutomaton(
-            aps=tuple(header.aps),
-            delta=targets[edge],
-            letter_class=letter_class,
-            fin=no_marks,
-            inf=no_marks,
-            initial_state=int(header.starts[0]),
-            acceptance="transition" if on_transitions else "state",
-            formula=header.name,
-            state_names=names,
-        )
-        everything = edge >= 0 if on_transitions else np.arange(len(edge)) < n_states
-        owners = body.marks if on_transitions else [body.state_marks.get(q, frozenset()) for q in range(len(edge))]
-        number: dict[frozenset[int], int] = {}
-        kind = np.array([*(number.setdefault(marks, len(number)) for marks in owners), len(number)], dtype=np.int32)
-        kind = kind[edge] if on_transitions else kind[:-1]
+        n_all = n_states + (not complete)
+        letter_class, classes = guard_classes(len(header.aps), n_all, body.guards)
+        n_classes = int(letter_class.max()) + 1
+        mark = {of: 1 << i for i, of in enumerate(sets_of(header.condition))}
+        acceptance = self._acceptance(mark)
+        if n_all * n_classes * 2 * len(acceptance) > MAX_TABLE:
+            message = f"tables of {n_all * n_classes} transitions and {len(acceptance)} pairs are too large"
+            raise AlphabetLimitExceeded(message)
+        edges = self._edges(n_states, (1 << n_classes) - 1, {g: truth_table(c) for g, c in classes.items()}, mark)
+        conditions = (*[acceptance] * n_states, *[NEVER] * (n_all - n_states))
+        has_counters = any(clause.inf.bit_count() > 1 for clause in acceptance)
+        if has_counters:
+            automaton = localized(EmersonLei(edges, conditions))
+        else:  # marks stay as they are, on no cycle, too: the states in the file count as one component
+            automaton = EmersonLei(edges, conditions, [*[0] * n_states, *[1] * (n_all - n_states)])
+        most = min(_MAX_STATES, _MAX_MARKS // (n_classes * max(1, len(acceptance))))
+        ways: list[Way] = ["smaller", "counters"] if has_counters and on_transitions else ["counters"]
+        found: list[RabinAutomaton] = []
+        for way in ways:
+            with suppress(StateLimitExceeded):
+                found.append(
+                    to_rabin(
+                        automaton,
+                        tuple(header.aps),
+                        letter_class,
+                        Budget("the acceptance condition", most) if has_counters else NO_LIMIT,
+                        initial_state=int(header.starts[0]),
+                        on_states=not on_transitions,
+                        way=way,
+                        least_pairs=0,
+                    )
+                )
+        if not found:
+            message = f"turning the acceptance condition into Rabin pairs needs more than {most} states"
+            raise StateLimitExceeded(message)
+        result = min(found, key=lambda a: (a.n_states, a.n_pairs))
+        names = tuple(body.names.get(q, str(q)) for q in range(n_all)) if body.names and not has_counters else None
+        return replace(result, formula=header.name, state_names=names)
 
-        def members(atom: Atom) -> BoolArray:
-            marked = np.array([*(atom.number in marks for marks in number), False], dtype=np.bool_)[kind]
-            return everything & ~marked if atom.complement else marked
+    def _edges(
+        self, n_states: int, everything: int, classes: Mapping[int, int], mark: Mapping[AcceptanceSet, int]
+    ) -> tuple[tuple[Edge, ...], ...]:
+        """Put the edges into rows; letters that a state has no edge for lead to one more state.
 
-        return with_rabin_pairs(skeleton, terms, members, everything)
+        Args:
+            n_states: of the file.
+            everything: the set of all letter classes.
+            classes: the set of letter classes of each guard.
+            mark: of each acceptance set, as a bit mask.
+        """
+        body = self.body
+        known: dict[frozenset[int], int] = {}
+
+        def marks_of(numbers: frozenset[int]) -> int:
+            if numbers not in known:
+                known[numbers] = sum(bit for of, bit in mark.items() if (of.number in numbers) != of.complement)
+            return known[numbers]
+
+        rows: list[list[Edge]] = [[] for _ in range(n_states)]
+        left = [everything] * n_states
+        for source, target, guard, numbers in zip(body.sources, body.targets, body.guards, body.marks, strict=True):
+            rows[source].append(Edge(classes[guard], target, marks_of(numbers)))
+            left[source] &= ~classes[guard]
+        for state, letters in enumerate(left):
+            if letters:
+                rows[state].append(Edge(letters, n_states, marks_of(body.state_marks[state])))
+        if any(left):
+            rows.append([Edge(everything, n_states, 0)])
+        return tuple(map(tuple, rows))
 
 
 def _unquote(text: str) -> str:

@@ -168,7 +168,9 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         try:
             closure = problem.closure(budget)
             emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-            chain = split(to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget, parity=True))
+            chain = split(
+                to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget, way="cycles")
+            )
             if not has_time() or _n_copies(automaton) > _PATIENCE * chain.n_states:
                 return _canonical(chain)
         except LimitExceeded:

@@ -12,6 +12,7 @@ import pytest
 from lark.exceptions import UnexpectedInput
 from random_automata import random_automata, random_automaton, random_lassos
 
+import ltlc
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.compare import equivalent, is_empty
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError
@@ -169,6 +170,23 @@ def evaluate(text: str) -> bool:
         assert shorter != text, text
         text = shorter
     return text == "True"
+
+
+def test_pairs_are_those_of_a_translation() -> None:
+    """Streett conditions, read and translated: one way to Rabin pairs, hence the same sizes."""
+    for n in (1, 2, 3):
+        condition = "&".join(f"(Fin({2 * i})|Inf({2 * i + 1}))" for i in range(n))
+        names = " ".join(f'"p{i}"' for i in range(2 * n))
+        letters = (
+            f"[{'&'.join(f'{i}' if letter >> i & 1 else f'!{i}' for i in range(2 * n))}] 0 "
+            f"{{{' '.join(str(i) for i in range(2 * n) if letter >> i & 1)}}}"
+            for letter in range(4**n)
+        )
+        text = hoa("State: 0 " + " ".join(letters), ap=f"{2 * n} {names}", acceptance=f"{2 * n} {condition}")
+        formula = " & ".join(f"(GF p{2 * i} -> GF p{2 * i + 1})" for i in range(n))
+        read, translated = from_hoa(text), ltlc.compile(formula, acceptance="transition")
+        assert equivalent(read, translated)
+        assert (read.n_states, read.n_pairs) == (translated.n_states, translated.n_pairs)
 
 
 @pytest.mark.parametrize("on_states", [False, True])

@@ -23,6 +23,7 @@ from ltlc.automata.acceptance import (
     negation,
     restrict,
     simplify,
+    without_implied,
 )
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.automata.emerson_lei import Edge, EmersonLei, complement, localized, minimized_weak, reduced
@@ -399,6 +400,13 @@ def test_conditions_by_truth_table() -> None:
             assert holds(disjunction(a, b), seen) == (x or y)
             if not seen & ~possible and not certain & ~seen:
                 assert holds(restrict(a, possible, certain), seen) == x
+    for _ in range(400):
+        edges = [rng.randrange(1 << n_marks) for _ in range(rng.randint(1, 4))]
+        implied = {m: fold(int.__and__, (e for e in edges if e >> m & 1), -1) for m in range(n_marks)}
+        a = random_condition(rng, n_marks, 2)
+        for chosen in range(1, 1 << len(edges)):
+            seen = fold(int.__or__, (e for i, e in enumerate(edges) if chosen >> i & 1))
+            assert holds(without_implied(a, implied), seen) == holds(a, seen)
     assert negation(ALWAYS) == NEVER and negation(NEVER) == ALWAYS
 
 
