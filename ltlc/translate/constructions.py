@@ -3,30 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from ltlc.automata.emerson_lei import EmersonLei
 from ltlc.budget import Budget
 from ltlc.errors import InvalidArgumentError
+from ltlc.registry import Registry
 from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
 from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
 
+FormulaKind = Literal["fair", "low", "high"]
+"""Obligations with fairness conditions; other Boolean combinations of recurrence and persistence; all others."""
+
 
 @dataclass(frozen=True)
 class Construction:
-    """One way to a deterministic automaton."""
+    """One way to a deterministic automaton.
+
+    Attributes:
+        name: by which `compile`, `translate` and the command line know it.
+        description: one sentence: what it does, and for which formulas.
+        citation: where it comes from.
+        build: from a formula's closure; raises LimitExceeded, and InvalidArgumentError where it does not apply.
+        portfolio: the kinds of formulas for which "auto" tries it, and its place among those tried; the first is the
+            one that wins most often. Empty: it is used by name only.
+    """
 
     name: str
-    """for `--translator`."""
     description: str
-    """one sentence: what it does, and for which formulas."""
     citation: str
-    """where it comes from."""
     build: Callable[[Closure, Budget], EmersonLei]
-    """from a formula's closure; raises LimitExceeded, and InvalidArgumentError where it does not apply."""
+    portfolio: Mapping[FormulaKind, int] = field(default_factory=dict)
 
 
 def _obligation(closure: Closure, budget: Budget) -> EmersonLei:
@@ -73,6 +83,7 @@ _ALL = (
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743; Mueller and Sickert, GandALF 2017, doi"
         " 10.4204/EPTCS.256.13; Casares et al., TACAS 2022, doi 10.1007/978-3-030-99527-0_6",
         _product,
+        {"fair": 0, "low": 0, "high": 3},
     ),
     Construction(
         "normal-form",
@@ -80,6 +91,7 @@ _ALL = (
         " which fixpoints hold infinitely often or almost always, then as product.",
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743",
         _normal_form,
+        {"high": 0},
     ),
     Construction(
         "safra",
@@ -87,13 +99,53 @@ _ALL = (
         "Couvreur, FM 1999, doi 10.1007/3-540-48119-2_16; Safra, FOCS 1988, doi 10.1109/SFCS.1988.21948; Piterman,"
         " LMCS 3(3) 2007, doi 10.2168/LMCS-3(3:5)2007",
         _safra,
+        {"low": 1, "high": 1},
     ),
     Construction(
         "dual-safra",
         "Any formula: tableau and Safra trees for its negation, then the complement.",
         "as safra; Schewe and Varghese, ATVA 2012, doi 10.1007/978-3-642-33386-6_5",
         _dual_safra,
+        {"low": 2, "high": 2},
     ),
 )
 
-CONSTRUCTIONS: Mapping[str, Construction] = MappingProxyType({c.name: c for c in _ALL})
+
+def _check(name: str, part: Any) -> Construction:
+    if not isinstance(part, Construction):
+        raise InvalidArgumentError(f"translator {name!r}: {part!r} is no ltlc.translate.Construction")
+    return part
+
+
+CONSTRUCTIONS: Registry[Construction] = Registry("translator", "ltlc.constructions", _check)
+"""every construction by name; `module:attribute` is a name, too."""
+
+
+def register_construction(construction: Construction) -> Construction:
+    """Make a construction known by its name.
+
+    Installed packages offer theirs in the group of entry points "ltlc.constructions".
+
+    Raises:
+        InvalidArgumentError: it is none, or another one has its name.
+
+    Example:
+        >>> from ltlc.translate import TRANSLATORS
+        >>> safra = TRANSLATORS["safra"]
+        >>> mine = Construction("my-safra", "As safra.", "as safra", safra.build)
+        >>> register_construction(mine) is TRANSLATORS["my-safra"]
+        True
+        >>> TRANSLATORS.remove("my-safra")
+    """
+    CONSTRUCTIONS.register(getattr(construction, "name", ""), construction)
+    return construction
+
+
+for _construction in _ALL:
+    register_construction(_construction)
+
+
+def in_portfolio(kind: FormulaKind) -> tuple[str, ...]:
+    """The constructions that "auto" tries for a kind of formulas, in this order."""
+    tried = [c for c in CONSTRUCTIONS.values() if kind in c.portfolio]
+    return tuple(c.name for c in sorted(tried, key=lambda c: c.portfolio[kind]))

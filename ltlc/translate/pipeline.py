@@ -29,16 +29,10 @@ from ltlc.minimize.reduce import settled
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
-from ltlc.translate.constructions import CONSTRUCTIONS, Construction
+from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
 
 Effort = Literal["fast", "default", "best"]
-FAIR = ("product",)
-"""Tried for obligations with fairness conditions,"""
-LOW = ("product", "safra", "dual-safra")
-"""for other Boolean combinations of recurrence and persistence formulas,"""
-HIGH = ("normal-form", "safra", "dual-safra", "product")
-"""and for all other formulas; the first is the one that wins most often."""
 _ROUNDS = (500, 10_000)
 _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
@@ -117,8 +111,8 @@ def translate(
         StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded, DepthLimitExceeded: a budget ran out.
         MissingProgramError: effort "best" needs the package python-sat.
     """
-    if translator != "auto" and translator not in CONSTRUCTIONS:
-        raise UnknownNameError("translator", translator, ("auto", *CONSTRUCTIONS))
+    if translator != "auto":
+        _known(translator)
     if acceptance not in ("state", "transition"):
         raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
     if effort not in ("fast", "default", "best"):
@@ -239,11 +233,22 @@ def _smaller(old: Candidate, new: Candidate) -> Candidate:
     return chosen._replace(least=max(old.least, new.least))
 
 
+def _known(translator: str) -> None:
+    """Raise UnknownNameError, with "auto" among the names, if there is no such construction."""
+    try:
+        CONSTRUCTIONS[translator]
+    except UnknownNameError as error:
+        if error.kind != CONSTRUCTIONS.kind:
+            raise
+        raise UnknownNameError(error.kind, translator, ("auto", *CONSTRUCTIONS)) from None
+
+
 def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
-    names: tuple[str, ...] = LOW if closure.is_low(closure.root) else HIGH
     if effort == "default" and closure.is_fair_obligation(closure.root):
-        names = FAIR
+        names = in_portfolio("fair")
+    else:
+        names = in_portfolio("low" if closure.is_low(closure.root) else "high")
     return names[:1] if effort == "fast" else names
 
 

@@ -24,6 +24,7 @@ from ltlc.errors import (
     TimeLimitExceeded,
     UnknownNameError,
 )
+from ltlc.formats import to_json
 from ltlc.ltl import parse
 from ltlc.minimize import merge_by_trial
 from ltlc.translate import TRANSLATORS, translate
@@ -252,8 +253,29 @@ def test_registry() -> None:
     for construction in TRANSLATORS.values():
         assert construction.description.endswith(".")
         assert construction.citation
-    with pytest.raises(TypeError):
-        TRANSLATORS["new"] = next(iter(TRANSLATORS.values()))  # type: ignore[index]
+
+
+def test_a_construction_of_a_users_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is used by name, listed, and leaves what "auto" does as it is."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(
+        "from ltlc.translate import TRANSLATORS, Construction, register_construction\n"
+        "trees = register_construction(Construction('trees', 'As safra.', 'as safra', TRANSLATORS['safra'].build))\n"
+    )
+    formula = parse("F G a | G F b")
+    before = to_json(translate(formula))
+    try:
+        automaton = translate(formula, translator="mine:trees")
+        assert automaton.translator == "trees"
+        assert equivalent(automaton, translate(formula))
+        assert "trees" in list(TRANSLATORS)
+        assert to_json(translate(formula)) == before
+        with pytest.raises(UnknownNameError, match="Did you mean auto"):
+            translate(formula, translator="autos")
+        with pytest.raises(InvalidArgumentError, match="no ltlc.translate.Construction"):
+            translate(formula, translator="mine:TRANSLATORS")
+    finally:
+        TRANSLATORS.remove("trees")
 
 
 def test_merging_by_trial_can_be_stopped() -> None:
