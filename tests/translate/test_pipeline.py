@@ -272,7 +272,7 @@ def test_a_construction_of_a_users_module(tmp_path: Path, monkeypatch: pytest.Mo
         assert to_json(translate(formula)) == before
         with pytest.raises(UnknownNameError, match="Did you mean auto"):
             translate(formula, translator="autos")
-        with pytest.raises(InvalidArgumentError, match="no ltlc.translate.Construction"):
+        with pytest.raises(InvalidArgumentError, match="is no ltlc"):
             translate(formula, translator="mine:TRANSLATORS")
     finally:
         TRANSLATORS.remove("trees")
