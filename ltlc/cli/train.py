@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 STEPS = 300_000
 """of double DQN, where no number is given."""
+COMPARED_UP_TO = 20_000
+"""product states; in larger ones the optimum of the rewards takes long, and is compared with what is possible last."""
 
 
 def train(
@@ -214,7 +216,11 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
             print(maximum_text(run.judge))
         if replay is not None:
             print(f"Replay: the last {replay.rows} steps, {replay.size_text}")
-    warn_of_shortfall(run.shortfall, run.task)
+    late = run.judge is not None and run.config.uses_rewards and run.judge.rewards.n_states > COMPARED_UP_TO
+    if late:
+        complain(f"note: with {run.judge.rewards.n_states} product states, it is judged last what the rewards teach")
+    else:
+        warn_of_shortfall(run.shortfall, run.task)
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:
@@ -232,6 +238,8 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
             print(json.dumps(told | nothing, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
     verdict = conclude.judge_run(run, result.agent)
+    if late:
+        warn_of_shortfall(run.shortfall, run.task)
     values = {"agent": run.config.agent, "steps": result.steps, **verdict.to_dict(), **lacked}
     run.write_result(values)
     pictures = conclude.draw_run(run, result.agent, verdict.judge)

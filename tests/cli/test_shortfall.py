@@ -210,6 +210,16 @@ class TestCommands:
         assert run(["evaluate", "run", "--json"]) == 0
         self.told(capsys)
 
+    def test_what_takes_long_is_compared_after_training(
+        self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("ltlc.cli.train.COMPARED_UP_TO", 10)
+        assert run(["train", *self.TASK, "--steps", "500", "--num-envs", "4", "--out", "run"]) == 0
+        error = capsys.readouterr().err
+        assert (
+            0 < error.index("judged last what the rewards teach") < error.index("0.028125 where 0.823529 is possible")
+        )
+
     def test_nothing_is_said_where_nothing_falls_short(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["solve", "G F goal", "-e", "FrozenLake-v1", "-l", "lake:small", "--json"]) == 0
         printed = capsys.readouterr()
