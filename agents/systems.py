@@ -21,7 +21,7 @@ from .tabular.registry import LEARNERS
 
 if TYPE_CHECKING:
     from ltlc.envs import LTLVectorWrapper
-    from ltlc.mdp.verdict import Judge
+    from ltlc.mdp import Judge
 
     from .double_dqn.agent import DoubleDQN
     from .double_dqn.replay import ReplaySize

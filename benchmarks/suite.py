@@ -35,9 +35,8 @@ from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import UnknownNameError
 from ltlc.ltl import parse, to_text
-from ltlc.mdp import Product, max_satisfaction_probability
+from ltlc.mdp import Judge, Product, max_satisfaction_probability
 from ltlc.mdp.reachability import distance_to
-from ltlc.mdp.verdict import Judge
 from ltlc.prism import write_explicit
 from ltlc.rewards import RECOMMENDED
 
@@ -100,7 +99,7 @@ def exact(task: SuiteTask, *, storm: bool = False) -> Exact:
     product = Product(task.model, automaton)
     best = max_satisfaction_probability(product)
     seconds = time.perf_counter() - since
-    judge = Judge(task.model, automaton, Task(automaton).tables)
+    judge = Judge(task.model, Task(automaton))
     assert judge.optimal_policy is not None  # returns of the default rewards are at most 1
     return Exact(
         task.name, task.formula, task.pmax, task.published, product.n_states, best.probability, best.lower, best.upper,
@@ -117,7 +116,7 @@ def learn(task: SuiteTask, seed: int, maximum: float, **changes: object) -> Lear
     wall, cpu = time.perf_counter(), time.process_time()
     result = train(LTLVectorWrapper(world, goal, extra_labels="ignore"), config)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    satisfaction = Judge(task.model, automaton, goal.tables).satisfaction(greedy_policy(result.agent))
+    satisfaction = Judge(task.model, goal).satisfaction(greedy_policy(result.agent))
     return Learned(task.name, seed, satisfaction, maximum - satisfaction, result.steps, wall, cpu)
 
 

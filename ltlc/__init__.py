@@ -24,11 +24,13 @@ if TYPE_CHECKING:
     from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
     from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
     from ltlc.many import compile_many
+    from ltlc.mdp import Judge
     from ltlc.task import Task
 
 __all__ = [
     "DRA",
     "Formula",
+    "Judge",
     "LTLVectorWrapper",
     "LTLWrapper",
     "LassoWord",
@@ -48,6 +50,7 @@ __all__ = [
 _HOME = {
     "DRA": "ltlc.compiler",
     "Formula": "ltlc.ltl",
+    "Judge": "ltlc.mdp",
     "LTLVectorWrapper": "ltlc.envs",
     "LTLWrapper": "ltlc.envs",
     "LassoWord": "ltlc.ltl",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 from ltlc.atomic import atomic_write
 from ltlc.automata import RabinAutomaton
 from ltlc.compiler import compile
-from ltlc.errors import InvalidArgumentError, StateLimitExceeded
+from ltlc.errors import InvalidArgumentError, RewardWarning, StateLimitExceeded
 from ltlc.ltl import Formula
 from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
 from ltlc.mdp.product_exploration import InitialLabel
@@ -56,6 +57,16 @@ class Candidate:
         """
         found = get_scheme(scheme, **parameters)
         return cls(_title(scheme, parameters, on_deadlock, on_termination), found, on_deadlock, on_termination)
+
+    def task(self, automaton: RabinAutomaton) -> Task:
+        """The task of an automaton with these rewards; a missing guarantee is no reason to warn here.
+
+        Raises:
+            InvalidArgumentError: the scheme does not apply to the automaton.
+        """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RewardWarning)
+            return Task(automaton, self.scheme, on_deadlock=self.on_deadlock, on_termination=self.on_termination)
 
 
 def _title(
@@ -158,11 +169,11 @@ def _row(
     objective = satisfaction = gap = None
     problem = None
     try:
-        tables = scheme.compile(automaton, candidate.on_deadlock, candidate.on_termination)
+        task = candidate.task(automaton)
     except InvalidArgumentError as error:
         problem = str(error)
     else:
-        judge = Judge(mdp, automaton, tables, initial_label=initial_label)
+        judge = Judge(mdp, task, initial_label=initial_label)
         objective = judge.value
         if objective is None or judge.optimal_policy is None:
             problem = "its return has no finite maximum"
@@ -245,10 +256,10 @@ def shortfall(judge: Judge, task: Task) -> Shortfall | None:
         return Shortfall(maximum.probability, satisfaction, None, None, searched=False)
     for candidate in _nearer(task):
         try:
-            tables = candidate.scheme.compile(task.automaton, candidate.on_deadlock, candidate.on_termination)
+            other = candidate.task(task.automaton)
         except (InvalidArgumentError, StateLimitExceeded):  # the scheme does not apply, or only to a huge automaton
             continue
-        tried = Judge(judge.rewards.mdp, task.automaton, tables, initial_label=judge.initial_label)
+        tried = Judge(judge.rewards.mdp, other, initial_label=judge.initial_label)
         if tried.optimal_policy is not None:
             reached = tried.policy_satisfaction(tried.optimal_policy)
             if reached.lower >= maximum.probability - min(TOLERANCE, maximum.lower / 2):

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ltlc.envs import LTLVectorWrapper, labelled_mdp, recorded_automaton, thesis_vector_world, thesis_world
 from ltlc.errors import RewardWarning, UnknownNameError
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp import Judge
 from ltlc.task import Task
 
 from ..double_dqn.config import DQNConfig
@@ -189,7 +189,7 @@ class _Referee:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
             self.task = Task(automaton, reward="thesis")
-        self.judge = Judge(labelled_mdp(thesis_world(world)), automaton, self.task.tables)
+        self.judge = Judge(labelled_mdp(thesis_world(world)), self.task)
         self._allowed, self._limit = allowed, limit
         self.last = _NONE
 

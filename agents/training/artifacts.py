@@ -10,8 +10,7 @@ import numpy as np
 
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
-from ltlc.mdp import expected_return_within
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp import Judge, expected_return_within
 from ltlc.pictures.curves import Curve, draw_curves
 from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
 
@@ -55,7 +54,7 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
     if formula is None:
         raise InvalidArgumentError("the automaton of the run has no formula that another program could check")
     sure, origin = with_sure_labels(place.model)
-    judge = Judge(sure, run.automaton, run.task.tables, initial_label=place.initial_label)
+    judge = Judge(sure, run.task, initial_label=place.initial_label)
     chain = induced_process(judge.words, judge.on_words(tabular_policy(agent, place.model)[origin]))
     return export_checkable(chain, parse(formula), folder, "policy", initial_label=place.initial_label)
 

@@ -34,7 +34,7 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.faithful import Shortfall, shortfall
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp import Judge
 from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
@@ -296,7 +296,7 @@ class RunFolder:
         place = self.config.setting
         if place.model is None:
             return None
-        return Judge(place.model, self.automaton, self.task.tables, initial_label=place.initial_label)
+        return Judge(place.model, self.task, initial_label=place.initial_label)
 
     @cached_property
     def shortfall(self) -> Shortfall | None:

@@ -18,7 +18,7 @@ from ltlc.errors import InvalidArgumentError
 if TYPE_CHECKING:
     from ltlc.envs.spec import EnvSpec
     from ltlc.faithful import Shortfall
-    from ltlc.mdp.verdict import Judge
+    from ltlc.mdp import Judge
     from ltlc.prism import Exported
     from ltlc.task import Task
 
@@ -80,7 +80,7 @@ def solve(
             f"{place.why_no_model}; train an agent with ltlc train, and judge it by episodes with ltlc evaluate"
         )
     tell(task.automaton, place)
-    judge = Judge(place.model, task.automaton, task.tables, initial_label=initial_label)
+    judge = Judge(place.model, task, initial_label=initial_label)
     found = shortfall(judge, task)
     warn_of_shortfall(found, task)
     if output is not None:

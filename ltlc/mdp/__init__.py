@@ -22,7 +22,7 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.policy_evaluation import policy_evaluation
 from ltlc.mdp.policy_iteration import optimal_total_reward, policy_iteration
-from ltlc.mdp.product import Product, RewardColumns, RewardProduct
+from ltlc.mdp.product import EpisodeChain, Product, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
     MaxSatisfaction,
     PolicySatisfaction,
@@ -30,16 +30,20 @@ from ltlc.mdp.satisfaction import (
     satisfaction_probability,
 )
 from ltlc.mdp.value_iteration import Solution, value_iteration
+from ltlc.mdp.verdict import Judge, PolicyVerdict
 
 __all__ = [
     "EndComponents",
+    "EpisodeChain",
     "Estimate",
     "ExplicitMDP",
     "FirstAcceptance",
+    "Judge",
     "LabelledMDP",
     "MarkovChain",
     "MaxSatisfaction",
     "PolicySatisfaction",
+    "PolicyVerdict",
     "Product",
     "Reachability",
     "RewardColumns",

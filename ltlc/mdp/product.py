@@ -12,6 +12,7 @@ from scipy import sparse
 
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
+from ltlc.mdp.chain import MarkovChain
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.product_exploration import InitialLabel, ProductExploration, TransitionTable, input_probability
@@ -290,22 +291,58 @@ class RewardProduct(_LabelledProduct):
         if discount is not None:
             return self.reweighted(discount)
         weight = (1 - self._columns["stop"]) * self._columns["discount"]
-        return self._with_steps(weight)
-
-    def until_acceptance(self) -> ExplicitMDP:
-        """The process that ends with the first accepting step."""
-        return self._with_steps((1 - self._columns["stop"]) * ~self._columns["accepted"].astype(np.bool_))
-
-    def _with_steps(self, weight: FloatArray) -> ExplicitMDP:
-        matrix, exit_probability = self._exploration.transitions(weight), self._exploration.ending(1 - weight)
         return ExplicitMDP(
-            matrix,
+            self._exploration.transitions(weight),
             self.choice_start,
             self.choice_action,
             self.initial,
-            exit_probability=exit_probability,
+            exit_probability=self._exploration.ending(1 - weight),
             n_actions=self.n_actions,
         )
+
+    def under(self, policy: npt.ArrayLike) -> EpisodeChain:
+        """The episodes under a policy on product states: int (n_states,) or float (n_states, n_actions).
+
+        Raises:
+            InvalidArgumentError: the policy does not fit the product.
+        """
+        return EpisodeChain(self, self.policy_matrix(policy))
+
+
+class EpisodeChain(MarkovChain):
+    """The Markov chain that a policy induces on a reward product, and its variants, made from the same moves.
+
+    Args:
+        product: the reward product.
+        weights: the policy, as `ExplicitMDP.policy_matrix` gives it.
+    """
+
+    def __init__(self, product: RewardProduct, weights: Any) -> None:
+        self._exploration, self._columns = product._exploration, product._columns
+        self._goes_on = 1 - self._columns["stop"].astype(np.float64)
+        self._moves = weights @ self._exploration.moves()
+        self._moves.sort_indices()  # as those of the choices are, so that sums come out the same to the last bit
+        steps = self._exploration.transitions(self._goes_on, self._moves)
+        super().__init__(steps, product.initial, np.asarray(weights @ product.exit_probability), weights)
+
+    def discounted(self, discount: float | None = None) -> MarkovChain:
+        """See `RewardProduct.discounted`."""
+        if discount is None:
+            return self._variant(self._goes_on * self._columns["discount"])
+        if discount == 1:
+            return self
+        if not 0 <= discount < 1:
+            raise InvalidArgumentError(f"discount {discount} is not in [0, 1]")
+        lost = self.exit_probability + (1 - discount) * np.asarray(self.matrix.sum(axis=1)).ravel()
+        return MarkovChain(self.matrix * discount, self.initial, lost, self.weights)
+
+    def until_acceptance(self) -> MarkovChain:
+        """The episodes that end with their first accepting step."""
+        return self._variant(self._goes_on * ~self._columns["accepted"].astype(np.bool_))
+
+    def _variant(self, weight: FloatArray) -> MarkovChain:
+        lost = self.of_choices(self._exploration.ending(1 - weight))
+        return MarkovChain(self._exploration.transitions(weight, self._moves), self.initial, lost, self.weights)
 
 
 _COLUMNS = ("next_state", "reward", "discount", "stop", "stop_reward", "violated", "accepted")

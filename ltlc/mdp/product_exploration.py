@@ -165,12 +165,21 @@ class ProductExploration:
             chance = chance * counted[here]
         return self.after_move(self._per_arrival(self.reading_probability * chance))
 
-    def transitions(self, weight: FloatArray | None = None) -> Any:
-        """The steps that go on, csr_array (n_choices, n_states), scaled by `weight` (n_machine_states, n_inputs)."""
+    def moves(self) -> Any:
+        """The environment's half of every choice, csr_array (n_choices, n_arrivals)."""
+        return self._moves(self._base)
+
+    def transitions(self, weight: FloatArray | None = None, moves: Any = None) -> Any:
+        """The steps that go on, csr_array (n_choices, n_states).
+
+        Args:
+            weight: scales them, shape (n_machine_states, n_inputs).
+            moves: instead of all `moves`, some combinations of them, one per row.
+        """
         factor = self.reading_probability
         if weight is not None:
             factor = factor * weight[self.reading_machine_state, self.reading_input]
-        return self._read(self._moves(self._base), factor)
+        return self._read(self.moves() if moves is None else moves, factor)
 
     def support(self, marks: Sequence[BoolArray]) -> tuple[Support, list[BoolArray]]:
         """The graph of the product, and which of its choices have a mark with a branch.

@@ -53,6 +53,20 @@ class RefinedColumns(RewardColumns, Protocol):
         ...
 
 
+class JudgedTask(Protocol):
+    """What a judge reads of a task (`ltlc.Task`)."""
+
+    @property
+    def automaton(self) -> RabinAutomaton:
+        """What decides satisfaction."""
+        ...
+
+    @property
+    def tables(self) -> RefinedColumns:
+        """What is paid; their states may refine those of the automaton."""
+        ...
+
+
 @dataclass(frozen=True)
 class PolicyVerdict:
     """What a policy does, exactly; episodes end where the task or the environment ends them."""
@@ -167,8 +181,7 @@ class Judge:
 
     Args:
         mdp: the environment.
-        automaton: of the task.
-        tables: of the reward scheme; their states may refine those of the automaton.
+        task: an `ltlc.Task`, or anything else with an automaton and reward tables.
         initial_label: whether the automaton reads the label of the first state.
 
     Attributes:
@@ -178,19 +191,20 @@ class Judge:
 
     Raises:
         UnknownNameError: the automaton has a proposition that the environment does not label.
+
+    Example:
+        >>> from ltlc import Judge, Task
+        >>> from ltlc.mdp import LabelledMDP
+        >>> corridor = LabelledMDP.from_arrays([[[0.5, 0.5], [0, 1]]], aps=["goal"], labels=[[], ["goal"]])
+        >>> Judge(corridor, Task("F goal")).maximum.probability
+        1.0
     """
 
-    def __init__(
-        self,
-        mdp: LabelledMDP,
-        automaton: RabinAutomaton,
-        tables: RefinedColumns,
-        *,
-        initial_label: InitialLabel = "read",
-    ) -> None:
+    def __init__(self, mdp: LabelledMDP, task: JudgedTask, *, initial_label: InitialLabel = "read") -> None:
+        tables = task.tables
         self.initial_label = initial_label
         self.rewards = RewardProduct(mdp, tables, initial_label=initial_label)
-        refined = refined_automaton(automaton, tables)
+        refined = refined_automaton(task.automaton, tables)
         self.words = Product(mdp, refined, commit=_choices(tables), initial_label=initial_label)
 
     @cached_property
@@ -274,19 +288,20 @@ class Judge:
         Raises:
             InvalidArgumentError: it is of another shape.
         """
-        rewards, lifted = self.rewards, self.rewards.lift(policy)
-        first, satisfied = first_acceptance(rewards, lifted), self.policy_satisfaction(policy)
+        rewards = self.rewards
+        episodes = rewards.under(rewards.lift(policy))
+        first, satisfied = first_acceptance(rewards, episodes), self.policy_satisfaction(policy)
         return PolicyVerdict(
             satisfaction=satisfied.probability,
             satisfaction_bounds=(satisfied.lower, satisfied.upper),
-            discounted_return=expected_return(rewards, lifted),
-            total_return=expected_return(rewards, lifted, discount=1.0),
-            steps=expected_steps(rewards, lifted),
-            violations_per_episode=expected_violations(rewards, lifted),
-            violations_per_step=violations_per_step(rewards, lifted),
+            discounted_return=expected_return(rewards, episodes),
+            total_return=expected_return(rewards, episodes, discount=1.0),
+            steps=expected_steps(rewards, episodes),
+            violations_per_episode=expected_violations(rewards, episodes),
+            violations_per_step=violations_per_step(rewards, episodes),
             first_acceptance_probability=first.probability,
             first_acceptance_steps=first.steps,
-            acceptances_per_1000_steps=acceptances_per_1000_steps(rewards, lifted),
+            acceptances_per_1000_steps=acceptances_per_1000_steps(rewards, episodes),
         )
 
     def regret(self, policy: npt.ArrayLike) -> float | None:

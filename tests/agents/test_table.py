@@ -20,7 +20,7 @@ from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.fitted_q.table import QTable, Tally
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp import Judge
 from ltlc.task import Task
 
 MAP = "S..\n.C.\nA.B"
@@ -53,7 +53,7 @@ def test_pairs_are_chosen() -> None:
     assert task.tables.n_choices == 2
     agent = train(wrapped(task, "S.A\n.C.\nB.."), QUICK).agent
     mdp = labelled_mdp(GridWorld("S.A\n.C.\nB..", slip=0.05))
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     assert judge.satisfaction(greedy_policy(agent)) == pytest.approx(judge.maximum.probability, abs=1e-9)
 
 

@@ -48,14 +48,14 @@ def gamble(n: int, p: float) -> LabelledMDP:
 
 def found(mdp: LabelledMDP, reward: str | RewardScheme, formula: str = "G F g", **options: str) -> Shortfall | None:
     task = Task(formula, reward, **options)  # type: ignore[arg-type]
-    return shortfall(Judge(mdp, task.automaton, task.tables), task)
+    return shortfall(Judge(mdp, task), task)
 
 
 def check(mdp: LabelledMDP, formula: str, answer: Shortfall) -> None:
     """The rewards of the answer are solved anew, and judged on the product with the automaton alone."""
     assert answer.better is not None
     task = Task(formula, answer.better.scheme, on_deadlock=answer.better.on_deadlock)
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     assert judge.optimal_policy is not None
     product = Product(mdp, task.automaton)
     best = max_satisfaction_probability(product).probability
@@ -136,7 +136,7 @@ def test_a_small_maximum_may_not_be_missed_altogether() -> None:
     either[1] = np.eye(22)
     mdp = LabelledMDP.from_arrays(either, aps=("g",), labels={1: "g"})
     task = Task("G F g", get_scheme("thesis", other=0.0, rejecting=0.0, terminal=-1.0))
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     assert judge.maximum.probability == pytest.approx(5e-4)
     assert judge.optimum is not None
     assert judge.optimum.satisfaction == 0
@@ -154,7 +154,7 @@ def test_random_models(seed: int) -> None:
     formula = ["G F a & F G !b", "F G a | G F b", "!b U a", "G(a -> F b)", "F(a & X(!a U b))"][seed % 5]
     for name in SCHEMES:
         task = Task(formula, name)
-        judge = Judge(mdp, task.automaton, task.tables)
+        judge = Judge(mdp, task)
         answer = shortfall(judge, task)
         if judge.optimum is not None:
             missed = judge.maximum.probability - judge.optimum.satisfaction
@@ -173,7 +173,7 @@ def test_the_default_rewards_attain_the_maximum_on_frozen_lake(env: str, labels:
     assert mdp.terminal is not None
     assert mdp.terminal.any()
     task = Task(formula)
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     assert judge.optimum is not None
     assert judge.optimum.satisfaction >= judge.maximum.probability - TOLERANCE
     assert judge.maximum.probability > 0.5

@@ -26,7 +26,7 @@ from ltlc.compiler import compile
 from ltlc.envs import recorded_automaton
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import UnknownNameError
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp import Judge
 from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
@@ -540,7 +540,7 @@ def test_what_the_states_of_the_thesis_wait_for() -> None:
     setting = EnvSpec(env="ltlc/Thesis10x10-v0", initial_label="skip")
     task = Task(recorded_automaton("phi_1"), reward="thesis")
     assert setting.model is not None
-    judge = Judge(setting.model, task.automaton, task.tables, initial_label="skip")
+    judge = Judge(setting.model, task, initial_label="skip")
     waits = waits_for(task.automaton, judge.letter_classes)
     assert waits[:5] == ["violated", *(f"waits for {name} & !C" for name in "ABTT")]
     assert waits_for(recorded_automaton("phi_3"), np.arange(2))[3] == "cannot accept here"
@@ -551,10 +551,10 @@ def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> N
     setting = EnvSpec(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
     assert setting.model is not None
     task = Task("GF A & G !C", get_scheme(name))
-    judge = Judge(setting.model, task.automaton, task.tables)
+    judge = Judge(setting.model, task)
     assert judge.maximum.probability == pytest.approx(0.0)
     task = Task("GF A & GF B", get_scheme(name))
-    judge = Judge(setting.model, task.automaton, task.tables)
+    judge = Judge(setting.model, task)
     assert judge.maximum.probability == 1
     assert judge.optimum is not None and judge.optimum.satisfaction == 1
 

@@ -14,8 +14,7 @@ from pair_policies import true_satisfaction
 
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp import Product, RewardProduct, max_satisfaction_probability, optimal_return
-from ltlc.mdp.verdict import Judge
+from ltlc.mdp import Judge, Product, RewardProduct, max_satisfaction_probability, optimal_return
 from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
@@ -173,7 +172,7 @@ def test_the_agent_learns_which_pair_to_choose(changes: dict[str, Any]) -> None:
     agent = train(env, DQNConfig(**{**QUICK, **changes})).agent
     assert agent.n_actions * 3 == env.single_action_space.n
     mdp = labelled_mdp(env)
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     policy = greedy_policy(agent)
     assert policy.max() >= agent.n_actions  # some pair is chosen somewhere
     assert judge.judge(policy).satisfaction == pytest.approx(1.0)
@@ -184,7 +183,7 @@ def test_the_agent_learns_which_pair_to_choose(changes: dict[str, Any]) -> None:
 def test_the_judge_knows_choices() -> None:
     mdp = labelled_mdp(VectorGridWorld(MAP, num_envs=1, slip=0.2).unwrapped)
     task = Task("(FG A | FG B) & G !C", get_scheme("zeta-discount", zeta=0.999), acceptance="transition")
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     best = max_satisfaction_probability(Product(mdp, task.automaton)).probability
     assert judge.maximum.probability == pytest.approx(best, abs=1e-6)
     assert judge.optimum is not None

@@ -58,7 +58,7 @@ def test_a_proved_probability_is_not_rounded_away() -> None:
     matrix[0, [40, 41], [40, 41]] = 1
     task = Task("F a")
     mdp = LabelledMDP.from_arrays(matrix, aps=("a",), labels={40: "a"})
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     assert judge.optimum is not None
     line = exact_lines(judge.optimum, None)[0]
     assert isinstance(line.learned, float)

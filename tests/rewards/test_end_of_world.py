@@ -21,6 +21,7 @@ from ltlc.agents.tabular import LEARNERS, FuTopcuConfig, QLearningConfig, Sadigh
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp
 from ltlc.faithful import Candidate, faithfulness
 from ltlc.mdp import (
+    Judge,
     LabelledMDP,
     Product,
     RewardProduct,
@@ -29,7 +30,6 @@ from ltlc.mdp import (
     optimal_return,
     satisfaction_probability,
 )
-from ltlc.mdp.verdict import Judge
 from ltlc.prism import with_sure_labels
 from ltlc.rewards import SCHEMES, Shaped, get_scheme
 from ltlc.task import Task
@@ -85,7 +85,7 @@ def test_the_default_reward_on_the_frozen_lake_as_gymnasium_makes_it(size: str) 
     mdp = labelled_mdp(env, labels)
     for formula in ("G F goal", "F G goal", "!hole U goal", "F goal & G !hole", "F G hole | F G goal"):
         task = Task(formula)
-        judge = Judge(mdp, task.automaton, task.tables)
+        judge = Judge(mdp, task)
         assert judge.satisfaction(judge.optimal_policy) >= judge.maximum.probability - 1e-3, formula
 
 
@@ -323,7 +323,7 @@ def test_the_table_learns_it(formula: str, on_termination: Any, probability: flo
     task = Task(formula, acceptance="transition", on_termination=on_termination)
     config = DQNConfig(total_steps=4_000, epsilon_steps=1_000, log_every=1_000, checkpoint_every=4_000)
     agent = train(gambles(task), config).agent
-    judge = Judge(goal_or_dock(1), task.automaton, task.tables)
+    judge = Judge(goal_or_dock(1), task)
     assert judge.satisfaction(greedy_policy(agent)) == pytest.approx(probability)
 
 
@@ -334,7 +334,7 @@ def test_q_learning_learns_it(double: bool, on_termination: Any, probability: fl
     task = Task(GOAL_OR_DOCK[0], scheme, on_termination=on_termination)
     config = QLearningConfig(total_steps=30_000, averaging_steps=1_000, double=double)
     learned = LEARNERS["q-learning"].train(gambles(task), config)
-    judge = Judge(goal_or_dock(1), task.automaton, task.tables)
+    judge = Judge(goal_or_dock(1), task)
     assert judge.satisfaction(learned.policy) == pytest.approx(probability)
     if on_termination == "repeat":
         assert learned.value == pytest.approx(0.9, abs=0.05)
@@ -347,7 +347,7 @@ def test_q_learning_learns_it(double: bool, on_termination: Any, probability: fl
 ])  # fmt: skip
 def test_learners_of_a_model_learn_it(name: str, config: Any) -> None:
     task = Task("G F goal | G F dock")
-    judge = Judge(goal_or_dock(1), task.automaton, task.tables)
+    judge = Judge(goal_or_dock(1), task)
     policy = LEARNERS[name].train(gambles(task), config).policy
     assert policy is not None
     table = policy[:, task.tables.automaton_state]
@@ -362,7 +362,7 @@ def test_a_pair_can_still_be_chosen_at_the_end() -> None:
     mdp = LabelledMDP.from_arrays(p, aps=("a", "b"), labels={1: "a", 2: "b"}, terminal=[False, True, True])
     task = Task("(F G a | F G b) & X(F G a | F G b)", get_scheme("zeta-reach"), acceptance="transition")
     assert task.tables.n_choices
-    judge = Judge(mdp, task.automaton, task.tables)
+    judge = Judge(mdp, task)
     policy = np.zeros((3, task.tables.n_states), dtype=int)
     assert judge.satisfaction(policy) == pytest.approx(1)
     assert judge.satisfaction(np.eye(judge.words.n_actions)[policy]) == pytest.approx(1)
