@@ -51,7 +51,7 @@ COMPILED = {
 MYPY = """\
 [mypy]
 follow_imports = silent
-[mypy-ltlc.compiler,ltlc.envs.*,ltlc.many,ltlc.task]
+[mypy-ltlc.compiler,ltlc.envs.*,ltlc.many,ltlc.mdp.*,ltlc.task]
 follow_imports = skip
 """
 BUILD = Path("build", "mypyc")

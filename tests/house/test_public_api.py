@@ -16,6 +16,7 @@ import ltlc
 PROMISED = {
     "DRA",
     "Formula",
+    "Judge",
     "LTLVectorWrapper",
     "LTLWrapper",
     "LassoWord",
