@@ -25,6 +25,7 @@ COMPILED = {
         "acceptance",
         "canonical",
         "compare",
+        "cycles",
         "emerson_lei",
         "emptiness",
         "languages",

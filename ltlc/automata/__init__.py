@@ -6,7 +6,7 @@ from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import counterexample, equivalent, included, is_empty
 from ltlc.automata.languages import equivalent_states
-from ltlc.automata.marks import simplify_marks
+from ltlc.automata.marks import buchi_edges, simplify_marks
 from ltlc.automata.pair_choice import limit_deterministic
 from ltlc.automata.parity import parity_colours, to_parity
 from ltlc.automata.rabin import RabinAutomaton, RabinPair
@@ -23,6 +23,7 @@ __all__ = [
     "RabinPair",
     "Refinement",
     "annotate",
+    "buchi_edges",
     "canonical",
     "counterexample",
     "equivalent",

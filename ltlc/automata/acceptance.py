@@ -1,7 +1,7 @@
 """Acceptance conditions on the marks that a run takes infinitely often, as disjunctions of clauses.
 
 A clause (fin, inf, promises) holds iff no mark of `fin` and every mark of `inf` is taken infinitely often and, for each
-promise (mark, partner), the partner is whenever the mark is. Every Boolean combination of Fin and Inf can be written
+promise (mark, partners), a partner is if the mark is. Every Boolean combination of Fin and Inf can be written
 without promises; with them, Streett conditions stay small. Rabin pair i has Fin mark 2i and Inf mark 2i + 1, as in HOA.
 
 References:
@@ -27,7 +27,7 @@ class Clause(NamedTuple):
     fin: int
     inf: int
     promises: tuple[tuple[int, int], ...] = ()
-    """Streett pairs (mark, partner), each mark as a mask with one bit."""
+    """Streett pairs (mark, partners)."""
 
 
 Acceptance = tuple[Clause, ...]
@@ -109,10 +109,19 @@ def disjunction(a: Acceptance, b: Acceptance, limit: int | None = None) -> Accep
     return simplify((*a, *b), limit)
 
 
-def negation(a: Acceptance, limit: int | None = None) -> Acceptance:
-    """The condition fails; without promises; `limit` as in `simplify`."""
-    result = ALWAYS
+def negation(a: Acceptance, limit: int | None = None, *, with_promises: bool = False) -> Acceptance:
+    """The condition fails.
+
+    Args:
+        a: the condition.
+        limit: as in `simplify`.
+        with_promises: make promises of the clauses with one Inf mark, so that the negation of Rabin is one clause.
+    """
+    kept = [c for c in a if with_promises and c.inf.bit_count() == 1 and not c.promises]
+    result: Acceptance = (Clause(0, 0, tuple((c.inf, c.fin) for c in kept)),)
     for fin, inf, promises in a:
+        if kept and inf.bit_count() == 1 and not promises:
+            continue
         ways = [Clause(0, 1 << m) for m in bits(fin)] + [Clause(1 << m, 0) for m in bits(inf)]
         ways += [Clause(partner, mark) for mark, partner in promises]
         result = conjunction(result, simplify(ways), limit)

@@ -65,7 +65,7 @@ def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: C
         for mark, partner in clause.promises:
             if mark & seen:
                 if partner & seen:
-                    needed |= partner
+                    needed |= partner & seen
                 else:
                     broken |= mark
         if not broken:

@@ -17,7 +17,8 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, rabin_pair
 from ltlc.automata.emptiness import Edge, accepting_parts
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import BoolArray, RabinAutomaton
+from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
 
 EdgePair = tuple[set[Edge], set[Edge]]
@@ -53,6 +54,30 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
     return replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
 
 
+def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:
+    """Edges that make the automaton a Buchi automaton for its own language, or None if no choice of edges does.
+
+    Returns:
+        shape (n_states, n_classes), bool: the edges on a cycle but on no rejecting one; or None.
+
+    References:
+        S. C. Krishnan, A. Puri, R. K. Brayton, Deterministic omega-automata vis-a-vis deterministic Buchi automata,
+        ISAAC 1994, doi 10.1007/3-540-58325-4_202; here for marks on edges.
+    """
+    automaton = to_transition_based(automaton)
+    chosen: set[Edge] = set()
+    for component in components(automaton):
+        final = component.buchi_edges()
+        if final is None:
+            return None
+        chosen |= final
+    rows = [
+        [(q, t, m) in chosen for t, m in zip(targets, marks, strict=True)]
+        for q, (targets, marks) in enumerate(zip(automaton.rows, automaton.edge_marks, strict=True))
+    ]
+    return np.array(rows, dtype=np.bool_)
+
+
 def components(automaton: RabinAutomaton) -> Iterator[Component]:
     """The non-trivial strong components, in topological order."""
     scc = automaton.scc
@@ -73,19 +98,18 @@ class Component:
     on_states: bool
     """whether all edges into a state must get the same marks."""
 
+    def buchi_edges(self) -> set[Edge] | None:
+        """The edges on no rejected cycle if every accepted cycle has one, else None: no choice of edges does then."""
+        inner = set(self.edges)
+        bad = self.rejected(inner)
+        return None if self.accepted(range(self.n_pairs), bad) else inner - bad
+
     def pairs(self) -> list[EdgePair]:
         """Pairs that accept the same cycles, as few as found."""
-        inner = set(self.edges)
-        everything = range(self.n_pairs)
-        good = self.accepted(everything, inner)
-        if not good:
-            return []
-        bad = self.rejected(inner)
-        if not bad:
-            return [(set(), inner)]
-        if not self.accepted(everything, bad):
-            return [(set(), inner - bad)]
-        single = self.one_pair(everything)
+        final = self.buchi_edges()
+        if final is not None:
+            return [(set(), final)] if final else []
+        single = self.one_pair(range(self.n_pairs))
         if single is not None:
             return [single]
         return self.irredundant(self.merged_pairs())

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ltlc.automata.acceptance import holds, rabin
+from ltlc.automata.cycles import CycleDecomposition, InnerEdge
 from ltlc.automata.emptiness import Edge
 from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
@@ -76,12 +77,17 @@ def to_parity(automaton: RabinAutomaton, *, max_states: int = 100_000) -> Refine
         decomposition, TACAS 2022, doi 10.1007/978-3-030-99527-0_6.
     """
     automaton = to_transition_based(automaton)
-    records: dict[int, _Cycles] = {}
+    records: dict[int, CycleDecomposition] = {}
     colours: Colours = {}
     for component in components(automaton):
         own = _component_colours(component)
         if own is None:
-            records |= dict.fromkeys(component.nodes, _Cycles(component, max_states))
+            edges = [InnerEdge(*edge) for edge in component.edges]
+            try:
+                cycles = CycleDecomposition(rabin(component.n_pairs), edges, max_states)
+            except OverflowError:
+                raise _too_large(max_states) from None
+            records |= dict.fromkeys(component.nodes, cycles)
         else:
             colours |= own
     product, origin = _product(automaton, records, colours, max_states)
@@ -126,74 +132,13 @@ def _parts(edges: set[Edge]) -> list[set[Edge]]:
     return [set(part) for part, _ in strong_parts(edges)]
 
 
-class _Cycles:
-    """The alternating cycle decomposition of one strong component, as a tree of sets of edges.
-
-    The root has all edges. The children of a set are the maximal strongly connected sets in it that are judged
-    otherwise. A record is a node whose set meets a state while those of its children do not.
-
-    Attributes:
-        edges: of each node.
-        states: that the edges of each node lead from.
-        children: of each node.
-        parent: of each node, -1 for the root.
-        colour: of each node.
-    """
-
-    def __init__(self, component: Component, max_states: int) -> None:
-        self.edges: list[set[Edge]] = [set(component.edges)]
-        self.parent, depth = [-1], [0]
-        self.children: list[list[int]] = []
-        for node, edges in enumerate(self.edges):  # grows while it is read
-            found = _maximal_opposite_parts(component, edges)
-            self.children.append(list(range(len(self.edges), len(self.edges) + len(found))))
-            self.edges += found
-            self.parent += [node] * len(found)
-            depth += [depth[node] + 1] * len(found)
-            _check_size(len(self.edges), max_states)
-        self.states = [{source for source, _, _ in edges} for edges in self.edges]
-        highest = max(depth) + (max(depth) + _accepts(component, self.edges[0])) % 2
-        self.colour = [highest - d for d in depth]
-
-    def enter(self, state: int, node: int = 0) -> int:
-        """The first record of a state below a node."""
-        while True:
-            below = [child for child in self.children[node] if state in self.states[child]]
-            if not below:
-                return node
-            node = below[0]
-
-    def step(self, record: int, edge: Edge) -> tuple[int, int]:
-        """The record after an edge, and the colour of the edge."""
-        node, left = record, -1
-        while edge not in self.edges[node]:
-            node, left = self.parent[node], node
-        target = edge[1]
-        below = [child for child in self.children[node] if target in self.states[child]]
-        if not below:
-            return node, self.colour[node]
-        # the next child in turn, so that a run that leaves all of them visits all of them
-        following = next((child for child in below if child > left), below[0])
-        return self.enter(target, following), self.colour[node]
-
-
-def _maximal_opposite_parts(component: Component, edges: set[Edge]) -> list[set[Edge]]:
-    """The maximal strongly connected sets of these edges that are judged otherwise than all of them."""
-    if _accepts(component, edges):
-        return _parts(component.rejected(edges))
-    found: list[set[Edge]] = []
-    for i in range(component.n_pairs):
-        found += [part for part in _parts(component.accepted([i], edges)) if part not in found]
-    return [part for part in found if not any(part < other for other in found)]
-
-
 def _product(
-    automaton: RabinAutomaton, records: dict[int, _Cycles], colours: Colours, max_states: int
+    automaton: RabinAutomaton, records: dict[int, CycleDecomposition], colours: Colours, max_states: int
 ) -> tuple[RabinAutomaton, IntArray]:
     """The automaton with records, breadth-first, and the state behind each of its states."""
 
     def enter(state: int) -> Copy:
-        return state, records[state].enter(state) if state in records else 0
+        return state, records[state].leaf(state) if state in records else 0
 
     copies = [enter(automaton.initial_state)]
     number = {copies[0]: 0}
@@ -206,8 +151,10 @@ def _product(
             edge = (state, target, marks)
             copy, colour = enter(target), colours.get(edge, 0)
             if state in records and automaton.scc[state] == automaton.scc[target]:
-                after, colour = records[state].step(record, edge)
-                copy = (target, after)
+                cycles = records[state]
+                after, depth = cycles.step(record, InnerEdge(*edge))
+                highest = cycles.depth + (cycles.depth + cycles.root_accepts) % 2
+                copy, colour = (target, after), highest - depth
             if copy not in number:
                 number[copy] = len(copies)
                 copies.append(copy)
@@ -215,7 +162,8 @@ def _product(
             seen.append(colour)
         delta.append(row)
         table.append(seen)
-        _check_size(len(copies), max_states)
+        if len(copies) > max_states:
+            raise _too_large(max_states)
     names = automaton.state_names
     fin, inf = _chain(np.array(table, dtype=np.int32))
     product = replace(
@@ -264,6 +212,5 @@ def _table(automaton: RabinAutomaton, colours: Colours) -> IntArray:
     return np.array(rows, dtype=np.int32)
 
 
-def _check_size(n_states: int, max_states: int) -> None:
-    if n_states > max_states:
-        raise StateLimitExceeded(f"the parity automaton needs more than {max_states} states; raise max_states")
+def _too_large(max_states: int) -> StateLimitExceeded:
+    return StateLimitExceeded(f"the parity automaton needs more than {max_states} states; raise max_states")

@@ -6,25 +6,20 @@ Two ways are tried in each component and the one with fewer states is kept:
   share a counter that waits for them in turn. One copy of the component if no clause has two Inf sets.
 * **alternating cycle decomposition**: the optimal parity condition for the given graph, and a parity condition is a
   Rabin condition.
-
-References:
-    A. Casares, T. Colcombet, N. Fijalkow: Optimal Transformations of Games and Automata Using Muller Conditions.
-    ICALP 2021, doi 10.4230/LIPIcs.ICALP.2021.123.
-    A. Casares, A. Duret-Lutz, K. J. Meyer, F. Renkin, S. Sickert: Practical Applications of the Alternating Cycle
-    Decomposition. TACAS 2022, doi 10.1007/978-3-030-99527-0_6.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import reduce
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.acceptance import Acceptance, TooManyClausesError, holds, negation
+from ltlc.automata.acceptance import Acceptance
 from ltlc.automata.alphabet import grouped
+from ltlc.automata.cycles import CycleDecomposition, InnerEdge
 from ltlc.automata.emerson_lei import Edge, EmersonLei, explore, merged
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.budget import Budget, check_time
@@ -38,14 +33,6 @@ _PAIRS_PER_ENTRY = 16
 
 
 Way = Literal["smaller", "counters", "cycles"]
-
-
-class InnerEdge(NamedTuple):
-    """An edge that stays in its strong component."""
-
-    source: int
-    target: int
-    marks: int
 
 
 class Memory(Protocol):
@@ -118,119 +105,29 @@ def _advance(level: int, waits: Sequence[int], marks: int, ahead: bool) -> tuple
     return level, True
 
 
-class _CycleNode(NamedTuple):
-    edges: frozenset[int]
-    states: frozenset[int]
-    parent: int
-    depth: int
+class CycleMemory:
+    """The alternating cycle decomposition of the component; the memory is a leaf of the tree of a state."""
 
-
-class CycleDecomposition:
-    """The alternating cycle decomposition of one strong component; the memory is a leaf of the tree of a state."""
-
-    def __init__(self, condition: Acceptance, edges: Sequence[InnerEdge]) -> None:
-        self._edges = edges
-        self._number = {edge: i for i, edge in enumerate(edges)}
-        self._condition = condition
-        everything = frozenset(range(len(edges)))
-        self._root_accepts = self._accepts(everything)
-        ways = {True: condition, False: negation(condition, _MAX_CYCLE_NODES)}
-        work = 0
-        self._nodes = [self._node(everything, -1, 0)]
-        self._children: list[list[int]] = []
-        for index, node in enumerate(self._nodes):  # grows while it is read
-            wanted = self._root_accepts == bool(node.depth % 2)
-            work += len(node.edges) * len(ways[wanted])
-            if work > _MAX_CYCLE_WORK:
-                raise OverflowError
-            parts = self._maximal_parts(node.edges, ways[wanted], wanted)
-            self._children.append(list(range(len(self._nodes), len(self._nodes) + len(parts))))
-            self._nodes.extend(self._node(part, index, node.depth + 1) for part in parts)
-            if len(self._nodes) > _MAX_CYCLE_NODES:
-                raise OverflowError
-        depths = max(node.depth for node in self._nodes) + 1
-        self._accepting = [d for d in range(depths) if self._root_accepts == (d % 2 == 0)]
+    def __init__(self, cycles: CycleDecomposition) -> None:
+        self._cycles = cycles
+        self._accepting = [d for d in range(cycles.depth + 1) if cycles.root_accepts == (d % 2 == 0)]
         self.n_pairs = len(self._accepting)
-        self.is_constant = len(self._nodes) == 1
-
-    def _node(self, edges: frozenset[int], parent: int, depth: int) -> _CycleNode:
-        return _CycleNode(edges, frozenset(self._edges[e].source for e in edges), parent, depth)
-
-    def _accepts(self, edges: Iterable[int]) -> bool:
-        return holds(self._condition, reduce(int.__or__, (self._edges[e].marks for e in edges), 0))
-
-    def _maximal_parts(self, edges: frozenset[int], ways: Acceptance, wanted: bool) -> list[frozenset[int]]:
-        """The largest strongly connected sets of edges whose cycles, taken together, have the wanted status."""
-        found: dict[frozenset[int], None] = {}
-        for fin, _, _ in ways:
-            check_time()
-            kept = sorted(e for e in edges if not self._edges[e].marks & fin)
-            for part in _strong_edge_sets(kept, self._edges):
-                if self._accepts(part) == wanted:
-                    found[part] = None
-        maximal = []
-        for p in found:
-            check_time()
-            if not any(p < other for other in found):
-                maximal.append(p)
-        return sorted(maximal, key=lambda p: (-len(p), sorted(p)))
+        self.is_constant = cycles.depth == 0
 
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
-        leaves = 0
-        for q in states:
-            check_time()
-            leaves += sum(
-                q in node.states and not any(q in self._nodes[c].states for c in self._children[i])
-                for i, node in enumerate(self._nodes)
-            )
-        return leaves
+        return self._cycles.n_leaves(states)
 
     def start(self, state: int) -> int:
         """See `Memory`."""
-        return self._leftmost_leaf(0, state)
+        return self._cycles.leaf(state)
 
     def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
         """See `Memory`."""
-        number = self._number[edge]
-        came_from, node = -1, memory
-        while number not in self._nodes[node].edges:
-            came_from, node = node, self._nodes[node].parent
-        leaf = self._leftmost_leaf(self._next_child(node, came_from, edge.target), edge.target)
-        depth = self._nodes[node].depth
+        leaf, depth = self._cycles.step(memory, edge)
         fins = sum(1 << i for i, d in enumerate(self._accepting) if d > depth)
         infs = sum(1 << i for i, d in enumerate(self._accepting) if d == depth)
         return leaf, fins, infs
-
-    def _next_child(self, node: int, came_from: int, state: int) -> int:
-        """The child after `came_from`, in cyclic order, that contains the state; the node itself if there is none."""
-        children = self._children[node]
-        turn = children.index(came_from) + 1 if came_from >= 0 else 0
-        for child in (*children[turn:], *children[:turn]):
-            if state in self._nodes[child].states:
-                return child
-        return node
-
-    def _leftmost_leaf(self, node: int, state: int) -> int:
-        while True:
-            child = self._next_child(node, -1, state)
-            if child == node:
-                return node
-            node = child
-
-
-def _strong_edge_sets(kept: Sequence[int], edges: Sequence[InnerEdge]) -> list[frozenset[int]]:
-    number: dict[int, int] = {}
-    for e in kept:
-        number.setdefault(edges[e].source, len(number))
-        number.setdefault(edges[e].target, len(number))
-    arcs = [(number[edges[e].source], number[edges[e].target]) for e in kept]
-    component = graph.strong_components(graph.from_edges(len(number), arcs))
-    parts: dict[int, list[int]] = {}
-    for e, (source, target) in zip(kept, arcs, strict=True):
-        if component[source] == component[target]:
-            parts.setdefault(component[source], []).append(e)
-    return [frozenset(part) for part in parts.values()]
 
 
 def to_rabin(
@@ -316,8 +213,9 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
         if component[e.target] == component[q]
     ]
     try:
-        decomposition = CycleDecomposition(condition, list(dict.fromkeys(inner)))
-    except (OverflowError, TooManyClausesError):
+        cycles = CycleDecomposition(condition, list(dict.fromkeys(inner)), _MAX_CYCLE_NODES, _MAX_CYCLE_WORK)
+        decomposition = CycleMemory(cycles)
+    except OverflowError:
         return counters
     return decomposition if way == "cycles" or decomposition.size(members) <= counters.size(members) else counters
 

@@ -40,15 +40,11 @@ def relevant_marks(dra: RabinAutomaton) -> tuple[BoolArray, BoolArray]:
 def buchi_marks(dra: RabinAutomaton) -> BoolArray | None:
     """Edges that make the automaton a deterministic Büchi automaton for its own language, or None if there are none.
 
-    Where one pair has Inf marks only (after `relevant_marks`), these are the edges. Otherwise an edge is taken iff it
-    lies on no rejecting cycle; that makes a Büchi automaton for the same language iff any choice of edges does.
+    Where one pair has Inf marks only (after `relevant_marks`), these are the edges; else those of
+    `ltlc.automata.buchi_edges`.
 
     Returns:
         shape (n_states, n_classes), bool, or None.
-
-    References:
-        S. Krishnan, A. Puri, R. Brayton, Deterministic omega-automata vis-a-vis deterministic Büchi automata,
-        ISAAC 1994, doi 10.1007/3-540-58325-4_202; here for marks on edges.
     """
     fin, inf = relevant_marks(dra)
     used = np.flatnonzero(inf.any(axis=(1, 2)))
@@ -56,11 +52,7 @@ def buchi_marks(dra: RabinAutomaton) -> BoolArray | None:
         return np.zeros_like(dra.delta, dtype=np.bool_)
     if used.size == 1 and not fin[used[0]].any():
         return np.asarray(inf[used[0]])
-    final = _inside(dra, np.ones_like(dra.delta, dtype=np.bool_)) & ~_on_rejecting_cycle(dra)
-    for i in range(dra.n_pairs):
-        if (_inside(dra, ~final & ~dra.edge_fin[i]) & dra.edge_inf[i]).any():
-            return None  # an accepting cycle without a final edge
-    return final
+    return automata.buchi_edges(dra)
 
 
 def parity_colours(dra: RabinAutomaton) -> IntArray | None:
@@ -143,24 +135,6 @@ def lacks_form(scheme: RewardScheme, dra: RabinAutomaton) -> InvalidArgumentErro
         f"reward scheme {scheme.name!r} needs {scheme.requires}, and the automaton of {dra.formula or 'this language'} "
         f"({dra.n_states} states, {pairs}) has not; `compile` brings it into that form, `steps` does not"
     )
-
-
-def _on_rejecting_cycle(dra: RabinAutomaton) -> BoolArray:
-    """Edges on a cycle that no pair accepts: the maximal ones are found by taking Inf marks without Fin away."""
-    rejecting = np.zeros_like(dra.delta, dtype=np.bool_)
-    todo = [np.ones_like(dra.delta, dtype=np.bool_)]
-    while todo:
-        allowed = todo.pop()
-        component = _component(dra, allowed)
-        inside = allowed & (component[:, None] == component[dra.delta])
-        for c in np.unique(component[inside.any(axis=1)]):
-            here = inside & (component == c)[:, None]
-            accepting = (dra.edge_inf & here).any(axis=(1, 2)) & ~(dra.edge_fin & here).any(axis=(1, 2))
-            if accepting.any():
-                todo.append(here & ~dra.edge_inf[accepting].any(axis=0))
-            else:
-                rejecting |= here
-    return rejecting
 
 
 def _inside(dra: RabinAutomaton, allowed: BoolArray) -> BoolArray:

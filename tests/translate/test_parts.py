@@ -26,8 +26,9 @@ from ltlc.automata.acceptance import (
     without_implied,
 )
 from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.automata.cycles import CycleDecomposition, InnerEdge
 from ltlc.automata.emerson_lei import Edge, EmersonLei, complement, localized, minimized_weak, reduced
-from ltlc.automata.rabin_pairs import Counters, CycleDecomposition, InnerEdge, to_rabin
+from ltlc.automata.rabin_pairs import Counters, CycleMemory, to_rabin
 from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
 from ltlc.graph import bits
@@ -396,6 +397,7 @@ def test_conditions_by_truth_table() -> None:
             x, y = holds(a, seen), holds(b, seen)
             assert holds(simplify(a), seen) == x
             assert holds(negation(a), seen) == (not x)
+            assert holds(negation(a, with_promises=True), seen) == (not x)
             assert holds(conjunction(a, b), seen) == (x and y)
             assert holds(disjunction(a, b), seen) == (x or y)
             if not seen & ~possible and not certain & ~seen:
@@ -413,7 +415,11 @@ def test_conditions_by_truth_table() -> None:
 # -- Rabin pairs ------------------------------------------------------------------------------------------------------
 
 
-def run_memory(memory: Counters | CycleDecomposition, cycle: list[InnerEdge]) -> bool:
+def cycle_memory(condition: Acceptance, edges: list[InnerEdge]) -> CycleMemory:
+    return CycleMemory(CycleDecomposition(condition, edges, 1000))
+
+
+def run_memory(memory: Counters | CycleMemory, cycle: list[InnerEdge]) -> bool:
     """Whether the pairs accept the cycle taken for ever."""
     at = memory.start(cycle[0].source)
     rounds: list[list[tuple[int, int]]] = []
@@ -438,7 +444,7 @@ def test_pairs_express_any_condition_on_any_component() -> None:
         edges += [InnerEdge(rng.randrange(n), rng.randrange(n), rng.randrange(16)) for _ in range(rng.randint(0, 5))]
         edges = list(dict.fromkeys(edges))
         condition = simplify(random_condition(rng, 4))
-        memories = Counters(condition), CycleDecomposition(condition, edges)
+        memories = Counters(condition), cycle_memory(condition, edges)
         for _ in range(12):
             walk = [rng.choice([e for e in edges if e.source == 0])]
             while walk[-1].target != 0 or rng.random() < 0.6:
@@ -450,14 +456,14 @@ def test_pairs_express_any_condition_on_any_component() -> None:
 def test_cycle_decomposition_by_hand() -> None:
     loops = [InnerEdge(0, 0, 1 << m) for m in range(3)]
     needs_all = (Clause(0, 0b111),)
-    assert CycleDecomposition(needs_all, loops).size([0]) == 3  # one leaf for each pair of loops that lacks one
+    assert cycle_memory(needs_all, loops).size([0]) == 3  # one leaf for each pair of loops that lacks one
     assert Counters(needs_all).size([0]) == 3
-    assert CycleDecomposition((Clause(0, 1), Clause(0, 2), Clause(0, 4)), loops).size([0]) == 1
+    assert cycle_memory((Clause(0, 1), Clause(0, 2), Clause(0, 4)), loops).size([0]) == 1
     parity_like = (Clause(0, 0b001), Clause(0b010, 0b100))
-    assert CycleDecomposition(parity_like, loops).size([0]) == 1
+    assert cycle_memory(parity_like, loops).size([0]) == 1
     streett = (Clause(0b001, 0), Clause(0, 0b110))  # Fin(0) | Inf(1) & Inf(2)
-    assert CycleDecomposition(streett, loops).n_pairs >= 1
-    everything = CycleDecomposition(ALWAYS, loops)
+    assert cycle_memory(streett, loops).n_pairs >= 1
+    everything = cycle_memory(ALWAYS, loops)
     assert (everything.n_pairs, everything.size([0])) == (1, 1)
 
 
