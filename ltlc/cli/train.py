@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -18,6 +17,9 @@ from ltlc.cli.verdicts import maximum_text, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
+    from ltlc.agents.double_dqn.replay import ReplaySize
+    from ltlc.agents.training.report import Report
+    from ltlc.agents.training.run_folder import RunConfig, RunFolder
     from ltlc.automata import RabinAutomaton
 
 STEPS = 300_000
@@ -109,9 +111,11 @@ def train(
       ltlc train "F(A & F B)" --env ltlc/Thesis5x5-v0 --agent fu-topcu --hyper accuracy=0.05
       ltlc train --resume --out runs/f-a-f-b-g-c-thesis10x10-v0-0
     """
+    from ltlc.agents import systems
+    from ltlc.agents.training import run_folder as folders
     from ltlc.rewards import RECOMMENDED
 
-    folders, replay = import_module("ltlc.agents.training.run_folder"), None
+    replay = None
     if formula is None or env is None:
         if not resume or out is None:
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
@@ -120,10 +124,10 @@ def train(
         automaton = setting.automaton_of(formula, acceptance, translator)
         place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
-        defaults = import_module("ltlc.agents.systems").hyperparameters(agent, {})
+        defaults = systems.hyperparameters(agent, {})
         given = assignments(hyper, "--hyper", kinds_of(type(defaults)))
         if steps is None:
-            steps = given.get("total_steps", STEPS if agent == folders.DOUBLE_DQN else defaults.total_steps)
+            steps = given.get("total_steps", STEPS if agent == systems.DOUBLE_DQN else defaults.total_steps)
         elif given.get("total_steps", steps) != steps:
             raise InvalidArgumentError(
                 f"--steps is {steps}, and total_steps is {given['total_steps']}; give one of them"
@@ -142,8 +146,10 @@ def train(
             hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),
         )
         folder = Path(out) if out is not None else folders.default_folder(automaton.formula or "task", env, seed, agent)
-        run = _opened(folders, folder, wanted, automaton) if resume else None
-        if run is None:
+        opened = _opened(folder, wanted, automaton) if resume else None
+        if opened is not None:
+            run = opened
+        else:
             if (folder / folders.CONFIG_FILE).exists() and not force:
                 raise InvalidArgumentError(
                     f"{folder} holds a training run; go on with it by --resume, replace it by --force, or give another "
@@ -177,10 +183,11 @@ def _hyperparameters(
         episodes: steps of whole episodes in all environments.
         given: hyperparameters.
     """
-    systems = import_module("ltlc.agents.systems")
+    from ltlc.agents import DQNConfig, systems
+
     implied: dict[str, Any] = {"seed": seed, "total_steps": steps}
     if agent == systems.DOUBLE_DQN:
-        thesis = import_module("ltlc.agents").DQNConfig.thesis().to_dict() if preset == "thesis" else {}
+        thesis = DQNConfig.thesis().to_dict() if preset == "thesis" else {}
         # A checkpoint begins new episodes, so there must be time for whole ones between two.
         pace = {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, episodes, 1)}
         implied = thesis | implied | pace
@@ -190,8 +197,10 @@ def _hyperparameters(
     return config if device is None else systems.on_device(config, device)
 
 
-def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
+def _opened(folder: Path, wanted: RunConfig, automaton: RabinAutomaton) -> RunFolder | None:
     """The run in the folder, if there is one and it is the one that is wanted; None if there is none."""
+    from ltlc.agents.training import run_folder as folders
+
     if not (folder / folders.CONFIG_FILE).exists():
         complain(f"warning: {folder} holds no run to go on with; a new one begins")
         return None
@@ -206,8 +215,9 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
     return run
 
 
-def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int:
-    conclude = import_module("ltlc.agents.training.artifacts")
+def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: ReplaySize | None) -> int:
+    from ltlc.agents.training.artifacts import draw_run, judge_run
+
     total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:
@@ -237,12 +247,12 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
         if json_:
             print(json.dumps(told | nothing, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
-    verdict = conclude.judge_run(run, result.agent)
+    verdict = judge_run(run, result.agent)
     if late:
         warn_of_shortfall(run.shortfall, run.task)
     values = {"agent": run.config.agent, "steps": result.steps, **verdict.to_dict(), **lacked}
     run.write_result(values)
-    pictures = conclude.draw_run(run, result.agent, verdict.judge)
+    pictures = draw_run(run, result.agent, verdict.judge)
     if json_:
         print(json.dumps(told | values, ensure_ascii=False, indent=2))
     elif not quiet:
@@ -254,6 +264,6 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
     return 0
 
 
-def headings(verdict: Any) -> tuple[str, str]:
+def headings(verdict: Report) -> tuple[str, str]:
     """The columns of a report."""
     return ("learned", "optimal for the rewards") if verdict.exact else ("learned, with 95 % interval", "")
