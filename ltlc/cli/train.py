@@ -226,9 +226,10 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: Repla
             print(maximum_text(run.judge))
         if replay is not None:
             print(f"Replay: the last {replay.rows} steps, {replay.size_text}")
-    late = run.judge is not None and run.config.uses_rewards and run.judge.rewards.n_states > COMPARED_UP_TO
+    n_states = 0 if run.judge is None or not run.config.uses_rewards else run.judge.rewards.n_states
+    late = n_states > COMPARED_UP_TO
     if late:
-        complain(f"note: with {run.judge.rewards.n_states} product states, it is judged last what the rewards teach")
+        complain(f"note: with {n_states} product states, it is judged last what the rewards teach")
     else:
         warn_of_shortfall(run.shortfall, run.task)
     with training_display(total, quiet=quiet) as display:
