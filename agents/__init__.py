@@ -1,55 +1,80 @@
-"""The bundled reinforcement-learning agent: Q-learning, deep or tabular, on a product of environment and automaton.
+"""Agents that learn a task: fitted Q iteration, double DQN and tabular learners on a product with an automaton.
 
-The names below are imported on first use, so that listing agents and drawing policies need no PyTorch.
+`train` trains any of them; `register_agent` adds one. The names below are imported on first use, so that listing agents
+and drawing policies need no PyTorch.
 """
 
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .agent import Agent
+    from .choice import Choice, choose_agent
+    from .config import AgentConfig, OffPolicyConfig
     from .double_dqn.agent import DoubleDQN
     from .double_dqn.config import DQNConfig
+    from .fitted_q.agent import FittedQ
+    from .fitted_q.config import FittedQConfig
+    from .registry import AGENTS, AgentEntry, register_agent
     from .training.evaluate import ExactJudge, Regret, Rollouts, greedy_policy, rollout
-    from .training.loop import CHECKPOINT_FILE, POLICY_FILE, Progress, TrainingResult, train
+    from .training.loop import train
+    from .training.progress import Callback, Progress, TrainingResult
+    from .training.storage import CHECKPOINT_FILE, POLICY_FILE
+    from .value_agent import ValueAgent
 
 __all__ = [
+    "AGENTS",
     "CHECKPOINT_FILE",
     "POLICY_FILE",
+    "Agent",
+    "AgentConfig",
+    "AgentEntry",
+    "Callback",
+    "Choice",
     "DQNConfig",
     "DoubleDQN",
     "ExactJudge",
+    "FittedQ",
+    "FittedQConfig",
+    "OffPolicyConfig",
     "Progress",
     "Regret",
     "Rollouts",
     "TrainingResult",
+    "ValueAgent",
+    "choose_agent",
     "greedy_policy",
+    "register_agent",
     "rollout",
     "train",
 ]
 
 _HOME = {
-    "CHECKPOINT_FILE": "training.loop",
-    "POLICY_FILE": "training.loop",
-    "DQNConfig": "double_dqn.config",
-    "DoubleDQN": "double_dqn.agent",
-    "ExactJudge": "training.evaluate",
-    "Progress": "training.loop",
-    "Regret": "training.evaluate",
-    "Rollouts": "training.evaluate",
-    "TrainingResult": "training.loop",
-    "greedy_policy": "training.evaluate",
-    "rollout": "training.evaluate",
-    "train": "training.loop",
+    "agent": ("Agent",),
+    "choice": ("Choice", "choose_agent"),
+    "config": ("AgentConfig", "OffPolicyConfig"),
+    "double_dqn.agent": ("DoubleDQN",),
+    "double_dqn.config": ("DQNConfig",),
+    "fitted_q.agent": ("FittedQ",),
+    "fitted_q.config": ("FittedQConfig",),
+    "registry": ("AGENTS", "AgentEntry", "register_agent"),
+    "training.evaluate": ("ExactJudge", "Regret", "Rollouts", "greedy_policy", "rollout"),
+    "training.loop": ("train",),
+    "training.progress": ("Callback", "Progress", "TrainingResult"),
+    "training.storage": ("CHECKPOINT_FILE", "POLICY_FILE"),
+    "value_agent": ("ValueAgent",),
 }
+"""public names by the module that they are in."""
 
 
 if not TYPE_CHECKING:  # a type checker would take every name for an attribute
 
     def __getattr__(name: str) -> object:
-        if name not in _HOME:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = globals()[name] = getattr(_import_module(f".{_HOME[name]}", __name__), name)
-        return value
+        for module, names in _HOME.items():
+            if name in names:
+                value = globals()[name] = getattr(_import_module(f".{module}", __name__), name)
+                return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

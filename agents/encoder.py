@@ -15,7 +15,7 @@ from torch import Tensor
 
 from ltlc.errors import InvalidArgumentError
 
-from .double_dqn.config import ObservationInput
+from .config import ObservationInput
 
 JOINT_LIMIT = 4096
 """the numbers of a MultiDiscrete share one indicator vector if it has at most so many entries, else have one each."""

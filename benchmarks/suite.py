@@ -5,10 +5,10 @@
     python benchmarks/suite.py gate devious --seeds 1 --json suite.json
     python benchmarks/suite.py --exact --storm           # beside Storm, where stormpy is installed
 
-The agent is `DQNConfig()`, rewarded by `ltlc.rewards.RECOMMENDED` as it comes: one configuration and one scheme for all
-tasks. It knows the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that its
-greedy policy satisfies the formula. It learns the tasks whose product has at most 2000 states. A policy that is optimal
-for the rewards is judged, too.
+The agent is `FittedQConfig()`, rewarded by `ltlc.rewards.RECOMMENDED` as it comes: one configuration and one scheme for
+all tasks. It knows the formula and nothing of the dynamics. What it has learned is judged exactly: the probability that
+its greedy policy satisfies the formula. It learns the tasks whose product has at most 2000 states. A policy that is
+optimal for the rewards is judged, too.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from suite_tasks import SuiteTask, load_suite
 from suite_world import ModelWorld
 
 from ltlc import Task, compile
-from ltlc.agents import DQNConfig, greedy_policy, train
+from ltlc.agents import FittedQConfig, greedy_policy, train
 from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import UnknownNameError
@@ -112,7 +112,7 @@ def learn(task: SuiteTask, seed: int, maximum: float, **changes: object) -> Lear
     automaton = automaton_of(task)
     goal = Task(automaton, RECOMMENDED)
     world = ModelWorld(task.model, NUM_ENVS, EPISODE_STEPS)
-    config = dataclasses.replace(DQNConfig(), seed=seed, **changes)  # type: ignore[arg-type]
+    config = dataclasses.replace(FittedQConfig(), seed=seed, **changes)  # type: ignore[arg-type]
     wall, cpu = time.perf_counter(), time.process_time()
     result = train(LTLVectorWrapper(world, goal, extra_labels="ignore"), config)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.agents import DQNConfig, ExactJudge, Progress, greedy_policy, train
-from ltlc.agents.double_dqn.update import TensorTables
+from ltlc.agents.tensor_tables import TensorTables
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp, recorded_automaton, thesis_vector_world, thesis_world
 from ltlc.mdp import LabelledMDP
 from ltlc.task import Task
@@ -154,7 +154,7 @@ def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measuremen
 
     case, task = CASES[name], task_of(CASES[name])
     config = configuration(case, seed)
-    scale = TensorTables.of(task.tables, config).scale
+    scale = TensorTables.of(task.tables, config.reward_scale).scale
     label = "stable-baselines3" + ("+ours" if tuned else "")
     result = Measurement(label, name, seed, float("nan"))
 

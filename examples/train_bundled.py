@@ -8,7 +8,7 @@ The robot slips with probability 0.2. It has to visit A and then B, and must not
 from __future__ import annotations
 
 import ltlc
-from ltlc.agents import DQNConfig, ExactJudge, Progress, greedy_policy, rollout, train
+from ltlc.agents import ExactJudge, FittedQConfig, Progress, greedy_policy, rollout, train
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
 from ltlc.mdp import expected_violations
 
@@ -30,7 +30,7 @@ def show(progress: Progress) -> None:
 
 def main() -> None:
     env = LTLVectorWrapper(VectorGridWorld(MAP, num_envs=32, slip=0.2, max_episode_steps=100), TASK)
-    config = DQNConfig(total_steps=40_000, epsilon_steps=10_000, log_every=10_000, seed=0)
+    config = FittedQConfig(total_steps=40_000, epsilon_steps=10_000, log_every=10_000, seed=0)
     result = train(env, config, callback=show)
 
     print(f"\n{result}. The greedy policy, by state of the automaton:")

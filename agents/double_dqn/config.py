@@ -1,33 +1,26 @@
-"""Every hyperparameter of the Q-learning agent, in one frozen dataclass."""
+"""Hyperparameters of double deep Q-learning."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import sys
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 
-ObservationInput = Literal["one-hot", "raw"]
+from ..config import ObservationInput, OffPolicyConfig, between, check_count, check_number
+
 StateInput = Literal["heads", "one-hot", "raw"]
 Initialization = Literal["he", "thesis"]
 Optimizer = Literal["adam", "sgd"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class DQNConfig:
+class DQNConfig(OffPolicyConfig):
     """Hyperparameters of deep Q-learning on the product of an environment and an automaton.
 
     The defaults are double Q-learning with one set of outputs per automaton state and counterfactual replay;
     `DQNConfig.thesis()` is algorithm 1 of the thesis. Steps are environment steps, all sub-environments together.
-
-    Where the observations can be numbered, the default is no network but a table, fitted to all experience at once (see
-    `hidden`): nothing is approximated, so that rewards can be told apart that differ by a hundred thousandth, as the
-    schemes that maximise the probability of satisfaction need it. Of the hyperparameters it knows `gamma`,
-    `reward_scale`, `learning_starts`, `batch_size` (the first fit waits for both), `total_steps` and epsilon, which is
-    then the part of the sub-environments that look for what was seldom tried; `without_effect` lists the others.
 
     Raises:
         InvalidArgumentError: a value is out of range, or two do not fit together.
@@ -43,8 +36,7 @@ class DQNConfig:
     """
 
     hidden: tuple[int, ...] | None = None
-    """units of each hidden layer, ReLU between; thesis: (400, 300). None: a table where observations are discrete, few
-    and one-hot, and replay is counterfactual; else one layer of 256."""
+    """units of each hidden layer, ReLU between; thesis: (400, 300). None: one layer of 256."""
     observation_input: ObservationInput = "one-hot"
     """discrete observations as indicator vectors, or as plain numbers (thesis: row and column)."""
     state_input: StateInput = "heads"
@@ -60,11 +52,6 @@ class DQNConfig:
     network does both (thesis, algorithm 1, line 19)."""
     counterfactual: bool = True
     """each environment step teaches every automaton state at once; else only the one it was made in."""
-    gamma: float = 0.99
-    """discount of a step in an environment without reward tables, in [0, 1]; reward tables bring their own."""
-    reward_scale: float | None = None
-    """rewards are divided by this inside the network, so that values are of order 1; None: from the tables."""
-
     optimizer: Optimizer = "adam"
     """`adam`, or `sgd`: the plain gradient step of the thesis."""
     learning_rate: float = 1e-3
@@ -76,13 +63,12 @@ class DQNConfig:
     max_gradient_norm: float | None = None
     """longer gradients are shortened to this; None: never."""
     batch_size: int = 512
-    """environment steps in a batch, >= 1 (times the automaton states, if counterfactual)."""
+    """environment steps in a batch, >= 1 (times the automaton states, if counterfactual); the first update waits for so
+    many."""
     buffer_size: int = 200_000
     """environment steps kept for replay, >= batch_size; of a shorter training there is room for all."""
     max_memory: float | None = None
     """gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts."""
-    learning_starts: int = 1_000
-    """environment steps in the buffer before the first update; at least batch_size of them are awaited."""
     train_frequency: int = 1
     """steps of the vector environment from one round of updates to the next, >= 1."""
     gradient_steps: int = 1
@@ -95,25 +81,8 @@ class DQNConfig:
     """the policy is greedy in an exponential average of the online weights that takes in this part of them at each
     update, in (0, 1]; 1: greedy in the online network itself (thesis)."""
 
-    epsilon_start: float = 1.0
-    """probability of a random action at the start, in [0, 1]."""
-    epsilon_final: float = 0.3
-    """probability of a random action after `epsilon_steps`, in [0, 1]; high, since what is learned is off-policy."""
-    epsilon_steps: int | None = None
-    """environment steps over which epsilon falls, linearly; None: a third of `total_steps`."""
-
-    total_steps: int = 2_000_000
-    """environment steps of the whole training, >= 1."""
-    seed: int = 0
-    """of the networks, the exploration, the replay and the environment; >= 0."""
     device: str = "cpu"
     """where the networks and the replay buffer live, such as `cpu`, `cuda`, `cuda:1`."""
-    threads: int | None = 1
-    """threads of PyTorch while training; None: leave them alone. Results are the same only for the same number."""
-    log_every: int = 10_000
-    """environment steps from one row of metrics to the next, >= 1."""
-    checkpoint_every: int = 100_000
-    """environment steps from one checkpoint to the next, >= 1."""
 
     @classmethod
     def thesis(cls, **changes: Any) -> DQNConfig:
@@ -131,6 +100,7 @@ class DQNConfig:
         return cls(**(values | changes))
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.hidden is not None:
             if not isinstance(self.hidden, list | tuple):
                 raise InvalidArgumentError(f"hidden is {self.hidden!r}; it must be a list of whole numbers, or null")
@@ -142,22 +112,14 @@ class DQNConfig:
             if getattr(self, field) not in choices:
                 raise UnknownNameError(f"value of {field}", str(getattr(self, field)), choices)
         for field, (low, high, closed) in _RANGES.items():
-            _check_number(field, getattr(self, field), low, high, closed)
+            check_number(field, getattr(self, field), low, high, closed=closed)
         for field, least in _COUNTS.items():
-            _check_count(field, getattr(self, field), least)
+            check_count(field, getattr(self, field), least)
         for units in self.hidden or ():
-            _check_count("each entry of hidden", units, 1)
-        for field in ("batch_norm", "double", "counterfactual"):
-            if not isinstance(getattr(self, field), bool):
-                raise InvalidArgumentError(f"{field} is {getattr(self, field)!r}; it must be true or false")
-        for field in ("reward_scale", "max_gradient_norm", "max_memory"):
+            check_count("each entry of hidden", units, 1)
+        for field in ("max_gradient_norm", "max_memory"):
             if getattr(self, field) is not None:
-                _check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
-        for field, least in (("threads", 1), ("epsilon_steps", 0)):
-            if getattr(self, field) is not None:
-                _check_count(field, getattr(self, field), least)
-        if self.threads is not None and self.threads > _MAX_THREADS:
-            raise InvalidArgumentError(f"threads is {self.threads}; it must be at most {_MAX_THREADS}")
+                check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
         if self.buffer_size < self.batch_size:
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.batch_size})")
         if self.batch_norm and self.batch_size < 2:
@@ -165,51 +127,9 @@ class DQNConfig:
 
     def learning_rate_at(self, steps: int) -> float:
         """Learning rate after so many environment steps."""
-        return _line(self.learning_rate, self.final_learning_rate, steps / self.total_steps)
-
-    def epsilon_at(self, steps: int) -> float:
-        """Probability of a random action after so many environment steps."""
-        over = self.total_steps / 3 if self.epsilon_steps is None else self.epsilon_steps
-        return _line(self.epsilon_start, self.epsilon_final, steps / max(over, 1))
-
-    def without_effect(self, *, tabular: bool, rewarded: bool) -> dict[str, str]:
-        """The hyperparameters that nothing asks for, and why.
-
-        Args:
-            tabular: whether the agent keeps a table of values, see `hidden`.
-            rewarded: whether reward tables say what is paid.
-        """
-        unused = {}
-        if rewarded:
-            unused["gamma"] = "the reward scheme brings its own discounts; set them there"
-        if tabular:
-            why = (
-                "observations are few and discrete here, so the agent keeps a table of values, fitted to all experience"
-                " at once; give layers (hidden) for a network instead"
-            )
-            unused |= dict.fromkeys(_NETWORK_ONLY, why)
-        return unused
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields as JSON values."""
-        return dataclasses.asdict(self) | {"hidden": None if self.hidden is None else list(self.hidden)}
-
-    @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> DQNConfig:
-        """The configuration with these fields; those not given have their default.
-
-        Raises:
-            UnknownNameError: there is no such hyperparameter.
-            InvalidArgumentError: a value is out of range.
-        """
-        known = [field.name for field in dataclasses.fields(cls)]
-        for name in values:
-            if name not in known:
-                raise UnknownNameError("hyperparameter", name, known)
-        return cls(**values)
+        return between(self.learning_rate, self.final_learning_rate, steps / self.total_steps)
 
 
-_MAX_THREADS = 1024
 _FLAGS = ("batch_norm", "double", "counterfactual")
 _CHOICES: dict[str, tuple[str, ...]] = {
     "observation_input": get_args(ObservationInput),
@@ -218,47 +138,16 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "optimizer": get_args(Optimizer),
 }
 _RANGES = {  # lowest, highest, whether the lowest is allowed
-    "gamma": (0.0, 1.0, True),
     "learning_rate": (0.0, math.inf, False),
     "final_learning_rate": (0.0, math.inf, False),
     "l2": (0.0, math.inf, True),
     "tau": (0.0, 1.0, False),
     "averaging": (0.0, 1.0, False),
-    "epsilon_start": (0.0, 1.0, True),
-    "epsilon_final": (0.0, 1.0, True),
 }
-_NETWORK_ONLY = (
-    "state_input", "initialization", "batch_norm", "double", "optimizer", "learning_rate", "final_learning_rate", "l2",
-    "max_gradient_norm", "buffer_size", "max_memory", "train_frequency", "gradient_steps", "tau",
-    "target_update_interval", "averaging",
-)  # fmt: skip
 _COUNTS = {
     "batch_size": 1,
     "buffer_size": 1,
-    "learning_starts": 0,
     "train_frequency": 1,
     "gradient_steps": 1,
     "target_update_interval": 1,
-    "total_steps": 1,
-    "seed": 0,
-    "log_every": 1,
-    "checkpoint_every": 1,
 }
-
-
-def _check_number(field: str, value: object, low: float, high: float, closed: bool) -> None:
-    valid = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
-    if not valid or not (low <= value <= high) or (value == low and not closed):  # type: ignore[operator]
-        bounds = f"{'[' if closed else '('}{low:g}, {high:g}{')' if high == math.inf else ']'}"
-        raise InvalidArgumentError(f"{field} is {value!r}; it must be a number in {bounds}")
-
-
-def _check_count(field: str, value: object, least: int) -> None:
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise InvalidArgumentError(f"{field} is {value!r}; it must be a whole number, at least {least}")
-    if value >= 2**63:
-        raise InvalidArgumentError(f"{field} is {value}; it must be below 2^63")
-
-
-def _line(start: float, end: float, part: float) -> float:
-    return start + (end - start) * min(max(part, 0.0), 1.0)

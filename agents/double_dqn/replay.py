@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -16,34 +16,9 @@ from ltlc.errors import InvalidArgumentError
 from ..encoder import ObservationEncoder
 from ..training.contents import Content
 from ..training.memory import check_memory, size_text
+from ..transitions import TransitionBatch
 from .config import DQNConfig
 
-
-@dataclass(frozen=True)
-class Steps:
-    """Environment steps, a row each, as NumPy arrays (collected) or tensors (sampled).
-
-    Rewards, discounts and next states of the automaton are not kept: they follow from the letter class by table
-    look-up, for the automaton state the step was made in and for all others.
-    """
-
-    observation: Any
-    """shape (n, width), packed; before the action."""
-    state: Any
-    """shape (n,), integer; table state before the action."""
-    action: Any
-    """shape (n,), integer; the action that was carried out, greedy or not."""
-    letter_class: Any
-    """shape (n,), integer; class of the letter read on arrival."""
-    base_reward: Any
-    """shape (n,), floating; what the environment pays on top of the reward tables."""
-    terminated: Any
-    """shape (n,), bool; whether the environment itself ended the episode. Truncation does not count."""
-    next_observation: Any
-    """shape (n, width), packed; after the action, never that of the following episode."""
-
-
-FIELDS = tuple(Steps.__dataclass_fields__)
 _KINDS = {"state": torch.int64, "action": torch.int64, "letter_class": torch.int64, "base_reward": torch.float32,
           "terminated": torch.bool}  # fmt: skip
 """of the columns that are not observations."""
@@ -102,16 +77,26 @@ class ReplayBuffer:
         width: columns of a packed observation.
         dtype: of a packed observation.
         device: where the tensors live.
+        limits: what the numbers of a column are below, for columns that number something.
 
     References:
         L.-J. Lin, Self-improving reactive agents based on reinforcement learning, planning and teaching, Machine
         Learning 1992, https://doi.org/10.1007/BF00992699.
     """
 
-    def __init__(self, capacity: int, width: int, dtype: npt.DTypeLike, device: str = "cpu") -> None:
+    def __init__(
+        self,
+        capacity: int,
+        width: int,
+        dtype: npt.DTypeLike,
+        device: str = "cpu",
+        *,
+        limits: Mapping[str, int] = MappingProxyType({}),
+    ) -> None:
         packed = torch.from_numpy(np.zeros(0, dtype=dtype)).dtype
         self.capacity = capacity
         self.device = device
+        self.limits = limits
         self.columns: dict[str, Tensor] = {
             "observation": torch.zeros((capacity, width), dtype=packed, device=device),
             **{name: torch.zeros(capacity, dtype=kind, device=device) for name, kind in _KINDS.items()},
@@ -123,7 +108,7 @@ class ReplayBuffer:
     def __len__(self) -> int:
         return min(self.added, self.capacity)
 
-    def add(self, steps: Steps) -> None:
+    def add(self, steps: TransitionBatch) -> None:
         """Append rows; the oldest make room."""
         n = len(steps.action)
         rows = torch.from_numpy((self.added + np.arange(n))[-self.capacity :] % self.capacity).to(self.device)
@@ -132,22 +117,18 @@ class ReplayBuffer:
             column[rows] = values.to(self.device, column.dtype)
         self.added += n
 
-    def sample(self, size: int, generator: torch.Generator) -> Steps:
+    def sample(self, size: int, generator: torch.Generator) -> TransitionBatch:
         """Rows drawn uniformly with replacement; the generator is one of the CPU."""
         rows = torch.randint(len(self), (size,), generator=generator).to(self.device)
-        return Steps(**{name: column[rows] for name, column in self.columns.items()})
+        return TransitionBatch(**{name: column[rows] for name, column in self.columns.items()})
 
     def state_dict(self) -> dict[str, Tensor]:
         """The rows in use, and `added`."""
         filled = {name: column[: len(self)] for name, column in self.columns.items()}
         return filled | {"added": torch.tensor(self.added)}
 
-    def check_state(self, content: Content, limits: Mapping[str, int]) -> None:
+    def check_state(self, content: Content) -> None:
         """Check what `state_dict` gave, read from a file.
-
-        Args:
-            content: of the file.
-            limits: what the numbers of a column are below, for columns that number something.
 
         Raises:
             FileFormatError: the rows are of another kind, or more than fit.
@@ -157,8 +138,8 @@ class ReplayBuffer:
         for name, column in self.columns.items():
             shape = (rows, *column.shape[1:])
             content[name].tensor(column.dtype, shape)
-            if name in limits:
-                content[name].indices(column.dtype, shape, limits[name])
+            if name in self.limits:
+                content[name].indices(column.dtype, shape, self.limits[name])
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
         """Go back to what `state_dict` gave.

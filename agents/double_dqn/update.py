@@ -2,107 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
 import torch
 from torch import Tensor
 
-from ltlc.rewards import RewardTables
-
 from ..encoder import ObservationEncoder
+from ..tensor_tables import TensorTables
+from ..transitions import TransitionBatch
 from .config import DQNConfig
 from .networks import QNetwork
-from .replay import Steps
-
-HORIZON = 100.0
-"""steps a reward counts for in the automatic scale, at most."""
-
-
-@dataclass(frozen=True, eq=False)
-class TensorTables:
-    """Reward tables as tensors, rewards in units of `scale`."""
-
-    next_state: Tensor
-    """shape (n_states, n_classes), int64."""
-    reward: Tensor
-    """shape (n_states, n_classes), float32; mean over whether the episode stops."""
-    discount: Tensor
-    """shape (n_states, n_classes), float32; mean weight of what follows, over whether the episode stops."""
-    final_value: Tensor
-    """shape (n_states, n_classes), float32; of all that follows a step with which the environment ends the episode."""
-    learned: Tensor
-    """shape (n_learned,), int64; the table states that an episode can be in, in order."""
-    options: Tensor
-    """shape (n_states, 1 + n_choices), int64; the state itself, and the state after choosing each pair."""
-    allowed: Tensor
-    """shape (n_states, 1 + n_choices), bool; whether that can be done."""
-    scale: float
-    """one unit of reward inside the networks."""
-
-    @classmethod
-    def of(cls, tables: RewardTables, config: DQNConfig) -> TensorTables:
-        """The tensors for a configuration."""
-        learned = reachable_states(tables)
-        scale = config.reward_scale or reward_scale(tables, learned)
-        options = np.hstack((np.arange(tables.n_states, dtype=np.int32)[:, None], tables.commit))
-
-        def tensor(values: np.ndarray, dtype: torch.dtype) -> Tensor:
-            return torch.as_tensor(np.array(values), dtype=dtype, device=config.device)
-
-        return cls(
-            next_state=tensor(tables.next_state, torch.int64),
-            reward=tensor(tables.expected_reward / scale, torch.float32),
-            discount=tensor(tables.expected_discount, torch.float32),
-            final_value=tensor(tables.final_value / scale, torch.float32),
-            learned=tensor(learned, torch.int64),
-            options=tensor(options.clip(0), torch.int64),
-            allowed=tensor(options >= 0, torch.bool),
-            scale=scale,
-        )
-
-    @property
-    def n_options(self) -> int:
-        """1 and the number of pairs that can be chosen between."""
-        return self.options.shape[1]
-
-    def join_options(self, values: Tensor, allowed: Tensor) -> Tensor:
-        """Values of all actions of a state, those that choose a pair included; -inf where an action does not exist.
-
-        To choose a pair and then act is worth what the action is worth in the state chosen.
-
-        Args:
-            values: shape (..., n_options, n_actions), of the actions in each of the options.
-            allowed: shape (..., n_options), rows of `allowed`.
-
-        Returns:
-            Shape (..., n_options * n_actions).
-        """
-        return values.masked_fill(~allowed[..., None], -torch.inf).flatten(-2)
-
-
-def reachable_states(tables: RewardTables) -> np.ndarray:
-    """The table states that an episode can be in, in order; those entered only where it surely stops are not."""
-    reached, frontier = {tables.initial_state}, [tables.initial_state]
-    while frontier:
-        state = frontier.pop()
-        following = tables.next_state[state][~tables.terminal[state]].tolist()
-        following += tables.commit[state][tables.commit[state] >= 0].tolist()
-        frontier += sorted(set(following) - reached)
-        reached.update(following)
-    return np.array(sorted(reached), dtype=np.int64)
-
-
-def reward_scale(tables: RewardTables, learned: np.ndarray) -> float:
-    """A unit of reward that makes values a few units large: what a fifth of the horizon pays at the median reward.
-
-    The median and not the mean, lest a rare large penalty make the steps to the goal too small to tell apart.
-    """
-    rewards = np.abs(tables.expected_reward[learned])
-    magnitude = float(np.median(rewards[rewards > 0])) if rewards.any() else 1.0
-    largest = float(tables.discount[learned].max())
-    horizon = HORIZON if largest >= 1 - 1 / HORIZON else 1 / (1 - largest)
-    return magnitude * max(horizon / 5, 1.0)
 
 
 def policy_values(target: Tensor, online: Tensor, double: bool) -> Tensor:
@@ -148,7 +55,7 @@ class TDLoss:
         enumerated = few and (config.counterfactual or config.state_input == "heads")
         self._all_features = encoder.all_features().to(config.device) if enumerated else None
 
-    def __call__(self, q_network: QNetwork, target_network: QNetwork, steps: Steps) -> Tensor:
+    def __call__(self, q_network: QNetwork, target_network: QNetwork, steps: TransitionBatch) -> Tensor:
         """The loss of a batch of sampled steps; differentiable in the weights of `q_network` alone."""
         online = None if self._all_features is None else q_network(self._all_features)
         values = self._values(q_network, steps, online)
@@ -161,7 +68,7 @@ class TDLoss:
 
     @torch.no_grad()
     def targets(
-        self, q_network: QNetwork, target_network: QNetwork, steps: Steps, online: Tensor | None = None
+        self, q_network: QNetwork, target_network: QNetwork, steps: TransitionBatch, online: Tensor | None = None
     ) -> Tensor:
         """The targets y of each step and automaton state, in units of the reward scale.
 
@@ -186,13 +93,13 @@ class TDLoss:
         target: Tensor = reward + weight * following
         return target
 
-    def _states(self, steps: Steps) -> Tensor:
+    def _states(self, steps: TransitionBatch) -> Tensor:
         """Automaton states each step is taken in, shape (batch, k)."""
         if self.config.counterfactual:
             return self.tables.learned.expand(len(steps.action), -1)
         return steps.state[:, None]  # type: ignore[no-any-return]
 
-    def _values(self, network: QNetwork, steps: Steps, online: Tensor | None) -> Tensor:
+    def _values(self, network: QNetwork, steps: TransitionBatch, online: Tensor | None) -> Tensor:
         """Q(s, q, a) for each step and its states q, shape (batch, k)."""
         states, action = self._states(steps), steps.action
         if online is None and network.state_input != "heads":

@@ -1,1 +1,1 @@
-"""Fitted Q iteration on counted experience: a table of values, swept to convergence."""
+"""Fitted Q iteration: a table of values, fitted to all experience at once."""

@@ -15,9 +15,9 @@ from torch import Tensor, nn
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
-from ..double_dqn.replay import Steps
 from ..encoder import ObservationEncoder
 from ..training.contents import Content
+from ..transitions import TransitionBatch
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
@@ -43,21 +43,22 @@ class QTable(nn.Module):
 
     Attributes:
         values: shape (n_observations, n_states, n_actions), float64, in units of the reward scale.
-        doubt: shape (n_observations, n_actions), float64, likewise; how wrong the values may be for want of experience.
-        novelty: shape of `values`, float64; how much that was seldom tried lies ahead.
+        uncertainty: shape (n_observations, n_actions), float64, likewise; how wrong the values may be for want of
+            experience.
+        exploration_bonus: shape of `values`, float64; how much that was seldom tried lies ahead.
     """
 
     values: Tensor
-    doubt: Tensor
-    novelty: Tensor
+    uncertainty: Tensor
+    exploration_bonus: Tensor
 
     def __init__(self, n_observations: int, n_states: int, n_actions: int) -> None:
         super().__init__()
         self.n_states, self.n_actions = n_states, n_actions
         shape = (n_observations, n_states, n_actions)
         self.register_buffer("values", torch.zeros(shape, dtype=torch.float64))
-        self.register_buffer("doubt", torch.zeros((n_observations, n_actions), dtype=torch.float64))
-        self.register_buffer("novelty", torch.zeros(shape, dtype=torch.float64))
+        self.register_buffer("uncertainty", torch.zeros((n_observations, n_actions), dtype=torch.float64))
+        self.register_buffer("exploration_bonus", torch.zeros(shape, dtype=torch.float64))
 
     def forward(self, observations: Tensor, states: Tensor | None = None) -> Tensor:
         """Values of the actions.
@@ -72,7 +73,7 @@ class QTable(nn.Module):
         return self.values[observations] if states is None else self.values[observations, states]
 
 
-class Tally:
+class VisitCounts:
     """Environment steps, equal ones counted; takes the place of a `ReplayBuffer`, but forgets nothing.
 
     Args:
@@ -96,7 +97,7 @@ class Tally:
     def __len__(self) -> int:
         return self.added
 
-    def add(self, steps: Steps) -> None:
+    def add(self, steps: TransitionBatch) -> None:
         """Count steps.
 
         Raises:
@@ -186,7 +187,9 @@ class Outcomes:
     """mean reward of the environment itself."""
 
 
-def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, scale: float, sweeps: int) -> float:
+def fit(
+    table: QTable, counts: VisitCounts, tables: RewardTables, learned: IntArray, scale: float, sweeps: int
+) -> float:
     """Fit a table to all experience, from values of 0; returns the largest change of the last sweep that was checked.
 
     A sweep replaces the value of each observation, action and table state by the mean of its targets r + g V(s', q')
@@ -196,7 +199,7 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
 
     Args:
         table: whose values are replaced.
-        tally: the experience.
+        counts: the experience.
         tables: rewards.
         learned: the table states that an episode can be in, ascending.
         scale: unit of reward.
@@ -208,7 +211,7 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
         A. L. Strehl, M. L. Littman, An analysis of model-based interval estimation for Markov decision processes, JCSS
         2008, https://doi.org/10.1016/j.jcss.2007.08.009 (credit of 1 / sqrt(times tried) for exploration).
     """
-    outcomes, k = tally.outcomes(), len(learned)
+    outcomes, k = counts.outcomes(), len(learned)
     n_observations, _, n_actions = table.values.shape
     shape = (n_actions, n_observations, k)
     reward, steps, position = _targets(outcomes, tables, learned, shape)
@@ -228,8 +231,8 @@ def fit(table: QTable, tally: Tally, tables: RewardTables, learned: IntArray, sc
         novelty[rare == 1] = 1 / (1 - FAR)  # never tried: as good as anything can be
     columns = torch.from_numpy(learned)
     table.values[:, columns] = torch.from_numpy(values.transpose(1, 2, 0))
-    table.novelty[:, columns] = torch.from_numpy(novelty.transpose(1, 2, 0))
-    table.doubt[:] = torch.from_numpy(np.abs(values).max() * rare.T)
+    table.exploration_bonus[:, columns] = torch.from_numpy(novelty.transpose(1, 2, 0))
+    table.uncertainty[:] = torch.from_numpy(np.abs(values).max() * rare.T)
     return change
 
 

@@ -4,53 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
 
-from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError
+
+from ..config import AgentConfig
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearnerConfig:
+class LearnerConfig(AgentConfig):
     """Hyperparameters of a tabular learner.
 
     Raises:
         InvalidArgumentError: a value is of the wrong kind or out of range.
     """
 
-    total_steps: int = 1_000_000
-    """environment steps at most, >= 1."""
-    report_every: int = 20_000
-    """environment steps from one call back to the next, >= 1."""
-    seed: int = 0
-    """of the exploration and the environment; >= 0."""
-
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             check_kind(field.name, getattr(self, field.name), str(field.type))
-        if min(self.total_steps, self.report_every) < 1:
-            raise InvalidArgumentError("total_steps and report_every must be at least 1")
-        if self.seed < 0:
-            raise InvalidArgumentError(f"seed is {self.seed}; it must not be negative")
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields as JSON values."""
-        return dataclasses.asdict(self)
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> Self:
-        """The configuration with these fields; those not given have their default.
-
-        Raises:
-            UnknownNameError: there is no such hyperparameter.
-            InvalidArgumentError: a value is of the wrong kind or out of range.
-        """
-        known = [field.name for field in dataclasses.fields(cls)]
-        for name in values:
-            if name not in known:
-                raise UnknownNameError("hyperparameter", name, known)
-        return cls(**values)
+        super().__post_init__()
 
 
 def check_kind(name: str, value: object, kind: str) -> None:
@@ -174,7 +146,7 @@ class FuTopcuConfig(LearnerConfig):
     """environment steps at most, >= 1."""
     refresh_every: int = 32
     """steps of each sub-environment from one look at what is known to the next, >= 1."""
-    report_every: int = 50_000
+    log_every: int = 50_000
     """environment steps from one product, its plan and call back to the next, >= 1."""
 
     def __post_init__(self) -> None:
@@ -215,7 +187,7 @@ class SadighConfig(LearnerConfig):
     """sweeps of temporal differences over the learned product after each batch of steps, >= 1."""
     total_steps: int = 400_000
     """environment steps, >= 1."""
-    report_every: int = 10_000
+    log_every: int = 10_000
     """environment steps from one product, its sweeps and call back to the next, >= 1."""
 
     def __post_init__(self) -> None:

@@ -48,8 +48,8 @@ def train_fu_topcu(
             explorer.step()
         explorer.refresh()
         over = explorer.finished or experience.steps >= config.total_steps
-        if over or experience.steps // config.report_every > reported:
-            reported = experience.steps // config.report_every
+        if over or experience.steps // config.log_every > reported:
+            reported = experience.steps // config.log_every
             learned = _plan(experience, explorer, config, watch)
             if watch.report(callback, learned) or over:
                 return learned

@@ -11,12 +11,15 @@ import numpy.typing as npt
 import torch
 from gymnasium import spaces
 
+from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
+from ..config import AgentConfig
 from ..encoder import ObservationEncoder
 from ..training.contents import n_features, space_of, tables_of
 from ..training.storage import plain_space, read_file, tables_to_tensors, write_file
+from .experience import Experience, check_choices
 
 IntArray = npt.NDArray[np.int64]
 
@@ -51,6 +54,20 @@ class TablePolicy:
             raise InvalidArgumentError(f"a table of shape {table.shape} for {pairs} observations and table states")
         self._generator = np.random.default_rng(0)
 
+    @classmethod
+    def check(cls, env: LTLVectorWrapper, config: AgentConfig) -> None:
+        """Check that a tabular learner can learn the task of an environment.
+
+        Raises:
+            InvalidArgumentError: observations are not discrete, or the rewards want more than actions.
+        """
+        check_choices(env.task)
+        Experience(env, config.seed)
+
+    def policy_table(self) -> npt.NDArray[Any]:
+        """Return the table: actions, or their probabilities."""
+        return self.table
+
     def packed_policy(self, packed: npt.NDArray[Any], states: IntArray) -> IntArray:
         """Actions for observations that the encoder has packed, shape (batch,)."""
         chosen = self.table[self.encoder.index(torch.from_numpy(packed)).numpy(), states]
@@ -77,7 +94,7 @@ class TablePolicy:
         }, run)  # fmt: skip
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> TablePolicy:
+    def load(cls, path: str | os.PathLike[str], *, device: str | None = None) -> TablePolicy:
         """The policy that was saved; nothing in the file is executed.
 
         Raises:

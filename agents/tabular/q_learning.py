@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from ..double_dqn.update import reachable_states
+from ..tensor_tables import reachable_states
 from .config import QLearningConfig
 from .experience import Batch, Experience, IntArray
 from .learned import Callback, Learned, Stopwatch
@@ -43,8 +43,8 @@ def train_q_learning(
         epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * min(2 * done, 1)
         learner.update(experience.step(learner.explore(epsilon)))
         over = experience.steps >= config.total_steps
-        if over or experience.steps // config.report_every > reported:
-            reported = experience.steps // config.report_every
+        if over or experience.steps // config.log_every > reported:
+            reported = experience.steps // config.log_every
             learned = learner.learned(watch)
             if watch.report(callback, learned) or over:
                 return learned

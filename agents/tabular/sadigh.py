@@ -50,7 +50,7 @@ def train_sadigh(
     while True:
         part = min(2 * experience.steps / config.total_steps, 1.0)
         epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * part
-        until = min(experience.steps + config.report_every, config.total_steps)
+        until = min(experience.steps + config.log_every, config.total_steps)
         while experience.steps < until:
             greedy = best.policy[experience.state, automaton_state[experience.table_state]]
             random = generator.integers(experience.n_actions, size=len(greedy))

@@ -55,8 +55,8 @@ def train_wang(
         for _ in range(config.refresh_every):
             explorer.step()
         explorer.refresh()
-        if experience.steps // config.report_every > reported:
-            reported = experience.steps // config.report_every
+        if experience.steps // config.log_every > reported:
+            reported = experience.steps // config.log_every
             exploring = Learned(None, explorer.progress, experience.steps, watch.seconds, 0, None, 0.0)
             if watch.report(callback, exploring):
                 return exploring

@@ -27,7 +27,8 @@ from ltlc.pictures.curves import Curve, draw_curves
 
 from ..double_dqn.config import DQNConfig
 from ..pictures import board_of, draw_policy
-from ..training.loop import Progress
+from ..registry import DOUBLE_DQN
+from ..training.progress import Progress
 from ..training.report import Report, tabular_policy
 from ..training.run_folder import RunConfig, RunFolder, num_envs_for
 
@@ -137,7 +138,11 @@ def reproduce(
         log_every=max(total // ROWS, 1),
     )
     config = RunConfig(
-        setting=place, reward="thesis", num_envs=num_envs_for(total, place.episode_steps), hyperparameters=learner
+        setting=place,
+        reward="thesis",
+        num_envs=num_envs_for(total, place.episode_steps),
+        agent=DOUBLE_DQN,
+        hyperparameters=learner,
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
@@ -183,7 +188,7 @@ class _Watch:
         if self.reached is None and regret is not None and regret < NEARLY_OPTIMAL:
             self.reached = row.seconds - self.paused
         value = expected_return(product, product.lift(policy), discount=1.0)
-        self.episodes.append((self.episodes[-1] if self.episodes else 0) + row.episodes)
+        self.episodes.append((self.episodes[-1] if self.episodes else 0) + (row.episodes or 0))
         self.returns.append(row.episode_return)
         self.greedy.append(value if np.isfinite(value) else np.nan)
         self.paused += time.perf_counter() - since

@@ -20,11 +20,12 @@ from ltlc.mdp import Judge
 from ltlc.task import Task
 
 from ..double_dqn.config import DQNConfig
-from ..systems import AGENTS, DOUBLE_DQN
+from ..registry import DOUBLE_DQN
 from ..tabular.learned import Learned
 from ..tabular.registry import LEARNERS
 from ..training.evaluate import greedy_policy
-from ..training.loop import Progress, train
+from ..training.loop import train
+from ..training.progress import Progress
 
 CASES = (("5x5", "phi_3"), ("10x10", "phi_3"), ("5x5", "phi_4"), ("10x10", "phi_4"))
 """worlds and formulas of the tables, in their order."""
@@ -106,7 +107,7 @@ def runtime_comparison(
 
     Args:
         quick: one seed and at most 20 seconds for each run, instead of three seeds and 60 seconds.
-        systems: some of `AGENTS`; None: all.
+        systems: `double-dqn` and some of the tabular learners; None: all.
         cases: pairs of a world (`thesis_map`) and a recorded automaton, some of `CASES`; None: all.
         seeds: instead of the above.
         regret: part of the optimal return that may be lost.
@@ -121,10 +122,11 @@ def runtime_comparison(
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, section 5.3. The
         5x5 world is not recorded there, nor whether motion was noisy; here it is, as in the case studies.
     """
-    wanted = tuple(AGENTS) if systems is None else systems
+    known = (DOUBLE_DQN, *LEARNERS)
+    wanted = known if systems is None else systems
     for system in wanted:
-        if system not in AGENTS:
-            raise UnknownNameError("system", system, AGENTS)
+        if system not in known:
+            raise UnknownNameError("system", system, known)
     chosen = seeds if seeds is not None else (0,) if quick else (0, 1, 2)
     allowed = limit if limit is not None else QUICK_SECONDS if quick else SECONDS
     rows = []

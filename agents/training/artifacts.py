@@ -14,8 +14,8 @@ from ltlc.mdp import Judge, expected_return_within
 from ltlc.pictures.curves import Curve, draw_curves
 from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
 
+from ..agent import Agent
 from ..pictures import board_of, draw_policy
-from ..systems import DOUBLE_DQN, Agent
 from .report import Report, report, tabular_policy
 from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
 
@@ -68,12 +68,13 @@ def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:
 def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
     """Returns over training steps, or nothing where none were recorded.
 
-    Of double DQN, those of the episodes that ended, with exploration; of tabular learners, the exact ones of the
-    policies learned so far. Where the dynamics are known, a line shows what the policy that is optimal for the rewards
-    would return.
+    Those of the episodes that ended, with exploration, where they are in the metrics (fitted Q iteration, double DQN);
+    else the exact ones of the policies learned so far (tabular learners). Where the dynamics are known, a line shows
+    what the policy that is optimal for the rewards would return.
     """
     best = None
-    if run.config.agent == DOUBLE_DQN:
+    sampled = any(row.get("episode_return") is not None for row in run.metrics())
+    if sampled:
         column, name, label = "episode_return", "training, with exploration", "return of an episode (sum of rewards)"
         if judge is not None and judge.optimal_policy is not None:  # episodes are cut, and so is what is best
             lifted = judge.rewards.lift(judge.optimal_policy)
@@ -94,7 +95,7 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
         title=title,
         x_label=x_label,
         y_label=label,
-        window=max(len(rows) // 20, 1) if run.config.agent == DOUBLE_DQN else 1,
+        window=max(len(rows) // 20, 1) if sampled else 1,
     )
 
 
@@ -103,7 +104,7 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
     if board is None or judge is None:
         return None
     policy = tabular_policy(agent, judge.rewards.mdp)
-    rewards = f" with the rewards '{run.config.reward}'" if run.config.uses_rewards else ""
+    rewards = f" with the rewards '{run.config.reward}'" if run.entry.uses_rewards else ""
     likely = "" if policy.ndim == 2 else "; the most probable actions"
     return draw_policy(
         run.path / POLICY_PICTURE,

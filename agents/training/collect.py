@@ -16,8 +16,8 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
-from ..double_dqn.replay import Steps
 from ..encoder import ObservationEncoder
+from ..transitions import TransitionBatch
 from .shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]
@@ -173,7 +173,7 @@ class Collector:
         self._totals[:] = 0
         self._done[:] = False
 
-    def step(self, actions: npt.NDArray[np.int64]) -> Steps:
+    def step(self, actions: npt.NDArray[np.int64]) -> TransitionBatch:
         """Carry out one action in each sub-environment; the rows of those that only began an episode are left out."""
         env, mode = self.interface.env, self.interface.autoreset_mode
         packed = self.packed
@@ -194,7 +194,7 @@ class Collector:
         if mode == AutoresetMode.DISABLED and done.any():
             self._see(*env.reset(options={"reset_mask": done.copy()}))
         real = ~begun
-        return Steps(
+        return TransitionBatch(
             observation=packed[real],
             state=states[real],
             action=taken[real],

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,10 @@ from torch import Tensor, nn
 from ltlc.errors import FileFormatError, LtlcError
 from ltlc.rewards import RewardTables
 
-from ..double_dqn.config import DQNConfig, ObservationInput
+from ..config import AgentConfig, ObservationInput
 from ..encoder import JOINT_LIMIT
+
+Config = TypeVar("Config", bound=AgentConfig)
 
 _DEPTH = 60
 """values are nested no deeper."""
@@ -171,16 +173,16 @@ def _check_value(node: Content) -> int:
     return 0
 
 
-def config_of(content: Content) -> DQNConfig:
-    """Hyperparameters.
+def config_of(content: Content, kind: type[Config]) -> Config:
+    """Hyperparameters of an agent.
 
     Raises:
         FileFormatError: a name or a value is wrong.
     """
-    content.members()
-    content["device"].text()
+    if "device" in content.members():
+        content["device"].text()
     try:
-        return DQNConfig.from_dict(content.value)
+        return kind.from_dict(content.value)
     except LtlcError as error:
         content.fail(f"is wrong: {error}")
 

@@ -16,14 +16,14 @@ from ltlc.mdp.measures import from_start
 from ltlc.mdp.verdict import figure_text
 from ltlc.rewards import RewardTables
 
-from ..double_dqn.agent import DoubleDQN
 from ..encoder import ObservationEncoder
+from ..value_agent import ValueAgent
 from .collect import Collector, Episode, Interface
 
 IntArray = npt.NDArray[np.int64]
 
 
-def greedy_policy(agent: DoubleDQN, observations: Any = None) -> IntArray:
+def greedy_policy(agent: ValueAgent, observations: Any = None) -> IntArray:
     """The greedy action in each environment state and table state, shape (n_observations, n_table_states).
 
     Args:

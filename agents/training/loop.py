@@ -8,8 +8,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -19,75 +18,38 @@ import torch
 from gymnasium.vector import VectorEnv
 
 from ltlc.errors import InvalidArgumentError
+from ltlc.mdp.verdict import Judge
 
-from ..double_dqn.agent import DoubleDQN, check_size
-from ..double_dqn.config import DQNConfig
-from ..double_dqn.replay import ReplayBuffer, ReplaySize
-from ..fitted_q.table import GROWTH, Tally
+from ..choice import choose_agent
+from ..config import AgentConfig, OffPolicyConfig
+from ..registry import AGENTS, agent_of
+from ..value_agent import ValueAgent
 from .collect import Collector, Interface
 from .contents import Content, config_of, tables_of
 from .folder_lock import locked_folder
 from .metrics import Metrics, Row
+from .progress import Callback, Progress, TrainingResult
 from .shortcomings import EARLY, shortcomings
-from .storage import read_file, run_of, same_tables, tables_to_tensors, write_file
+from .storage import (
+    CHECKPOINT_FILE,
+    POLICY_FILE,
+    read_file,
+    run_of,
+    same_tables,
+    tables_to_tensors,
+    write_file,
+)
 
-CHECKPOINT_FILE = "checkpoint.ltlc"
-POLICY_FILE = "policy.ltlc"
 _FILE_KIND = "checkpoint"
 _FREE_TO_CHANGE = ("device", "threads")
 """hyperparameters that a resumed run may have different."""
 
 
-@dataclass(frozen=True)
-class Progress:
-    """Where a training run stands; callbacks get it with each row of metrics."""
-
-    agent: DoubleDQN
-    row: Row
-    total_steps: int
-    shortcomings: tuple[str, ...] = ()
-    """what the training lacks so far, see `shortcomings`; told once, after a quarter of the steps."""
-
-    @property
-    def seconds_left(self) -> float:
-        """Estimated seconds to go, at the speed so far."""
-        return self.row.seconds * (self.total_steps / max(self.row.steps, 1) - 1)
-
-
-@dataclass(frozen=True)
-class TrainingResult:
-    """What a training run came to."""
-
-    agent: DoubleDQN
-    steps: int
-    """environment steps since the start of training."""
-    seconds: float
-    """of training, interruptions not counted."""
-    interrupted: bool
-    """whether it stopped on Ctrl-C."""
-    folder: Path | None
-    saved_steps: int = 0
-    """environment steps that the checkpoint in the folder holds."""
-    shortcomings: tuple[str, ...] = ()
-    """what the training lacked, and what to try; see `shortcomings`."""
-
-    def __str__(self) -> str:
-        total = self.agent.config.total_steps
-        text = f"{self.steps} of {total} steps in {self.seconds:.1f} s"
-        if not self.interrupted:
-            return text
-        if self.folder is None:
-            return f"{text}, interrupted; nothing was written, since no folder was given"
-        return f"{text}, interrupted; {self.saved_steps} are in {self.folder}. Go on with train(..., resume=True)"
-
-
-Callback = Callable[[Progress], bool | None]
-
-
 def train(
     env: VectorEnv[Any, Any, Any],
-    config: DQNConfig | None = None,
+    config: AgentConfig | None = None,
     *,
+    agent: str | None = None,
     folder: str | os.PathLike[str] | None = None,
     resume: bool = False,
     callback: Callback | None = None,
@@ -102,6 +64,8 @@ def train(
     Args:
         env: the environment; it is not closed.
         config: hyperparameters; None: those of the run to resume, or the defaults.
+        agent: name of the agent; None: the one whose hyperparameters these are, that of the run to resume, or the one
+            that fits the environment (see `choose_agent`).
         folder: where metrics, checkpoints and in the end the policy are written; None: nothing is.
         resume: whether to go on from the checkpoint in the folder.
         callback: called with each row of metrics; stops the training by returning True.
@@ -116,47 +80,56 @@ def train(
     References:
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, algorithm 1.
     """
-    if folder is None:
-        return train_in(None, env, config, resume=resume, callback=callback)
-    with locked_folder(Path(folder)):
-        return train_in(Path(folder), env, config, resume=resume, callback=callback)
+    with contextlib.nullcontext() if folder is None else locked_folder(Path(folder)):
+        where = None if folder is None else Path(folder)
+        if agent is None and config is not None:
+            agent = agent_of(config)
+        elif agent is None:
+            agent = _agent_of_checkpoint(where) if resume else choose_agent(env).agent
+        result: TrainingResult = AGENTS[agent].train(env, agent, config, folder=where, resume=resume, callback=callback)
+        return result
 
 
 def train_in(
-    folder: Path | None,
     env: VectorEnv[Any, Any, Any],
-    config: DQNConfig | None,
+    agent: str,
+    config: OffPolicyConfig | None,
     *,
+    folder: Path | None = None,
     run_id: str = "",
     resume: bool = False,
+    judge: Judge | None = None,
     callback: Callback | None = None,
 ) -> TrainingResult:
     """Train as `train` does, in a folder that is there and locked.
 
     Args:
-        folder: of the run, or None.
         env: see `train`.
+        agent: its name.
         config: see `train`.
+        folder: of the run, or None.
         run_id: what the files of the run carry as its identity; a resumed run goes on with its own.
         resume: see `train`.
+        judge: of the task; its metrics are not judged.
         callback: see `train`.
 
     Raises:
         LtlcError, OSError: see `train`.
     """
+    agent_class = AGENTS[agent].agent_class
     saved = _find_checkpoint(folder, resume)
-    config = _agreed_config(config, saved)
+    config = _agreed_config(agent, config, saved)
     if saved is not None and folder is not None:
         run_id = run_of(folder / CHECKPOINT_FILE)
     with _threads(config.threads), _InterruptFlag() as interrupt:
-        run = _Run(env, config, folder, run_id, saved)
+        run = _Run(env, agent_class, config, folder, run_id, saved)
         stopped = False
         while run.steps < config.total_steps and not stopped and not interrupt.raised:
-            epsilon, learning_rate = config.epsilon_at(run.steps), config.learning_rate_at(run.steps)
+            epsilon, learning_rate = config.epsilon_at(run.steps), run.agent.learning_rate_at(run.steps)
             actions = run.agent.explore(run.collector.packed, run.collector.states, epsilon, run.generator)
             steps = run.collector.step(actions)
-            run.buffer.add(steps)
-            losses = run.learn(learning_rate) if len(steps.action) else []
+            run.memory.add(steps)
+            losses = run.learn() if len(steps.action) else []
             row = run.advance(len(steps.action), losses, epsilon, learning_rate)
             if row is not None and callback is not None:
                 stopped = bool(callback(Progress(run.agent, row, config.total_steps, run.early_shortcomings())))
@@ -164,8 +137,9 @@ def train_in(
                 run.begin_leg()
         run.finish(complete=not interrupt.raised)
         return TrainingResult(
-            run.agent, run.steps, run.seconds, interrupt.raised, folder, run.saved_steps, run.shortcomings()
-        )
+            run.agent, run.steps, config.total_steps, run.seconds, interrupt.raised, folder, run.saved_steps,
+            run.shortcomings(),
+        )  # fmt: skip
 
 
 class _Run:
@@ -174,7 +148,8 @@ class _Run:
     def __init__(
         self,
         env: VectorEnv[Any, Any, Any],
-        config: DQNConfig,
+        agent_class: type[ValueAgent],
+        config: OffPolicyConfig,
         folder: Path | None,
         run_id: str,
         saved: Content | None,
@@ -184,16 +159,11 @@ class _Run:
         if saved is not None:
             n_states = 1 if interface.tables is None else interface.tables.n_states
             weights = saved["agent"]["policy_network"]
-            check_size(weights, config, interface.space, n_states, interface.n_actions)
-        self.agent = DoubleDQN(interface.space, interface.n_actions, interface.tables, config)
+            agent_class.check_size(weights, config, interface.space, n_states, interface.n_actions)
+        self.agent = agent_class(interface.space, interface.n_actions, interface.tables, config)
         encoder = self.agent.encoder
-        self.buffer: ReplayBuffer | Tally
-        if self.agent.tabular:
-            self.buffer = Tally(encoder, interface.n_actions, self.agent.tables.n_classes)
-        else:
-            size = ReplaySize.of(config, encoder, env.num_envs)
-            size.check(config.device, config.max_memory, copied=folder is not None)
-            self.buffer = ReplayBuffer(size.rows, encoder.width, encoder.dtype, config.device)
+        self.agent.check_memory(env.num_envs, copied=folder is not None)
+        self.memory = self.agent.new_memory(env.num_envs)
         self.collector = Collector(interface, encoder)
         self.generator = torch.Generator().manual_seed(_seed(config, 0))
         self.steps = self.rounds = self.leg = 0
@@ -216,19 +186,11 @@ class _Run:
         """Seconds of training so far."""
         return self._seconds + time.perf_counter() - self._since
 
-    def learn(self, learning_rate: float) -> list[float]:
+    def learn(self) -> list[float]:
         """Make the updates that are due; returns their losses."""
-        config = self.config
-        if len(self.buffer) < max(config.learning_starts, config.batch_size):
-            return []
-        if isinstance(self.buffer, Tally):
-            return [self.agent.fit(self.buffer)] if len(self.buffer) >= GROWTH * self.buffer.fitted else []
-        if self.rounds % config.train_frequency:
-            return []
-        batches = (self.buffer.sample(config.batch_size, self.generator) for _ in range(config.gradient_steps))
-        return [self.agent.update(batch, learning_rate) for batch in batches]
+        return self.agent.learn(self.memory, self.steps, self.rounds, self.generator)
 
-    def advance(self, n_steps: int, losses: list[float], epsilon: float, learning_rate: float) -> Row | None:
+    def advance(self, n_steps: int, losses: list[float], epsilon: float, learning_rate: float | None) -> Row | None:
         """Count a round of environment steps; a row of metrics if one is due."""
         before = self.steps
         self.steps += n_steps
@@ -241,11 +203,12 @@ class _Run:
 
     def shortcomings(self) -> tuple[str, ...]:
         """What the training has lacked so far."""
-        updates = None if self.agent.tabular else self.agent.updates
-        wait = max(self.config.learning_starts, self.config.batch_size)
-        everywhere = self.config.counterfactual
+        agent, wait = self.agent, self.agent.first_update
+        updates = None if wait is None else agent.updates
         return tuple(
-            shortcomings(self.collector.seen, self.steps, counterfactual=everywhere, updates=updates, wait=wait)
+            shortcomings(
+                self.collector.seen, self.steps, counterfactual=agent.counterfactual, updates=updates, wait=wait or 0
+            )
         )
 
     def early_shortcomings(self) -> tuple[str, ...]:
@@ -267,8 +230,7 @@ class _Run:
     def finish(self, *, complete: bool) -> None:
         """Write the last checkpoint, unless the leg was cut short or nothing happened since, and the policy."""
         if self.steps > self.saved_steps:
-            if isinstance(self.buffer, Tally) and len(self.buffer):
-                self.agent.fit(self.buffer, to_the_end=True)
+            self.agent.finish(self.memory)
             if complete:
                 self.save()
         self.metrics.close()
@@ -285,6 +247,7 @@ class _Run:
         if self.folder is None:
             return
         content = {
+            "name": self.agent.name,
             "config": self.config.to_dict(),
             "tables": tables_to_tensors(self.agent.tables),
             "space": repr(self.agent.encoder.space),
@@ -295,7 +258,7 @@ class _Run:
             "seen": self.collector.seen_state(),
             "generator": self.generator.get_state(),
             "agent": self.agent.state_dict(),
-            "buffer": self.buffer.state_dict(),
+            "memory": self.memory.state_dict(),
             "metrics": self.metrics.state_dict(),
         }
         write_file(self.folder / CHECKPOINT_FILE, _FILE_KIND, content, self.id)
@@ -309,12 +272,7 @@ class _Run:
         """Go back to where a checkpoint was written; all of it is checked before any file is touched."""
         self.agent.check_state(saved["agent"])
         Metrics.check_state(saved["metrics"])
-        if isinstance(self.buffer, Tally):
-            self.buffer.check_state(saved["buffer"])
-        else:
-            tables = self.agent.tables
-            limits = {"state": tables.n_states, "action": self.agent.n_actions, "letter_class": tables.n_classes}
-            self.buffer.check_state(saved["buffer"], limits)
+        self.memory.check_state(saved["memory"])
         self.steps, self.rounds, self.leg = (saved[name].count() for name in ("steps", "rounds", "leg"))
         *counts, classes = saved["seen"].entries(4)
         read = [entry.count(most=self.agent.tables.n_classes - 1) for entry in classes.entries()]
@@ -324,7 +282,7 @@ class _Run:
         except RuntimeError as error:
             saved["generator"].fail(f"is no state of a random generator ({error})")
         self.agent.load_state_dict(saved["agent"].value)
-        self.buffer.load_state_dict(saved["buffer"].value)
+        self.memory.load_state_dict(saved["memory"].value)
 
     def _check_same_task(self, saved: Content) -> None:
         if not same_tables(tables_of(saved["tables"]), self.agent.tables):
@@ -351,14 +309,27 @@ def _find_checkpoint(folder: Path | None, resume: bool) -> Content | None:
     return read_file(path, _FILE_KIND) if resume and path is not None else None
 
 
-def _agreed_config(config: DQNConfig | None, saved: Content | None) -> DQNConfig:
+def _agent_of_checkpoint(folder: Path | None) -> str:
+    """Say whose checkpoint is in a folder."""
+    saved = _find_checkpoint(folder, resume=True)
+    assert saved is not None
+    return saved["name"].text()
+
+
+def _agreed_config(agent: str, config: OffPolicyConfig | None, saved: Content | None) -> OffPolicyConfig:
     """The configuration of the run; a resumed one goes on with its own."""
+    entry = AGENTS[agent]
     if saved is None:
-        return config or DQNConfig()
-    before = config_of(saved["config"])
+        wanted = config or entry.defaults
+        assert isinstance(wanted, OffPolicyConfig)
+        return wanted
+    name, ours = saved["name"].text(), entry.agent_class.name
+    if name != ours:
+        raise InvalidArgumentError(f"the run to resume is of the agent {name!r}, not {ours!r}")
+    before: OffPolicyConfig = config_of(saved["config"], entry.agent_class.config_type)
     if config is None:
         return before
-    names = [field.name for field in dataclasses.fields(DQNConfig) if field.name not in _FREE_TO_CHANGE]
+    names = [field.name for field in dataclasses.fields(before) if field.name not in _FREE_TO_CHANGE]
     changed = [name for name in names if getattr(config, name) != getattr(before, name)]
     if changed:
         pairs = ", ".join(f"{name} {getattr(before, name)!r}, not {getattr(config, name)!r}" for name in changed)
@@ -366,7 +337,7 @@ def _agreed_config(config: DQNConfig | None, saved: Content | None) -> DQNConfig
     return config
 
 
-def _seed(config: DQNConfig, stream: int) -> int:
+def _seed(config: OffPolicyConfig, stream: int) -> int:
     """Independent seeds: 0 of the agent's random numbers, 1, 2, ... of the environment in each leg."""
     return int(np.random.SeedSequence([config.seed, stream]).generate_state(1)[0] >> 1)
 

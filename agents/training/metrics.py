@@ -9,12 +9,13 @@ import contextlib
 import csv
 import io
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from ltlc.atomic import atomic_write_all
 from ltlc.errors import FileFormatError
+from ltlc.mdp.verdict import figure_text
 
 from .collect import Episode
 from .contents import Content
@@ -23,41 +24,60 @@ METRICS_FILE = "metrics.csv"
 TIMES_FILE = "times.csv"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
-    """Metrics of the steps since the row before; means are over the episodes that ended, None if none did."""
+    """Metrics of a training, of the steps since the row before; None: not known, or nothing of the kind there.
+
+    Attributes:
+        steps: environment steps since the start of training.
+        seconds: of training, interruptions and judging not counted.
+        updates: how often the agent has learned, since the start of training.
+        episodes: that ended since the row before; the next four are means over them.
+        episode_return: sum of rewards, undiscounted.
+        episode_length: steps.
+        violations: steps that entered a deadlock of the automaton.
+        acceptances: accepting steps.
+        loss: mean loss of the updates; of the fits of a table, the largest change in the last sweep.
+        epsilon: probability of an exploring action.
+        learning_rate: of a network.
+        value: a tabular learner's own estimate of its objective.
+        product_states: that it has built, or visited.
+        satisfaction: exact probability that its policy so far satisfies the formula.
+        discounted_return: exact expected return of its policy so far.
+        message: where it stands, in a few words; not in the file.
+    """
 
     steps: int
-    """environment steps since the start of training."""
-    updates: int
-    """gradient steps since the start of training."""
-    episodes: int
-    """episodes that ended since the row before."""
-    episode_return: float | None
-    """mean sum of rewards of an episode, undiscounted."""
-    episode_length: float | None
-    """mean steps of an episode."""
-    violations: float | None
-    """mean violations of an episode."""
-    acceptances: float | None
-    """mean accepting steps of an episode."""
-    loss: float | None
-    """mean loss of the updates; of the fits of a table, the largest change in the last sweep."""
-    epsilon: float
-    learning_rate: float
     seconds: float
-    """of training, interruptions not counted."""
+    updates: int | None = None
+    episodes: int | None = None
+    episode_return: float | None = None
+    episode_length: float | None = None
+    violations: float | None = None
+    acceptances: float | None = None
+    loss: float | None = None
+    epsilon: float | None = None
+    learning_rate: float | None = None
+    value: float | None = None
+    product_states: int | None = None
+    satisfaction: float | None = None
+    discounted_return: float | None = None
+    message: str = ""
 
     @property
     def text(self) -> str:
         """The row for a person."""
-        if self.episode_return is None:
+        if self.satisfaction is not None and self.discounted_return is not None:
+            return f"P(satisfied) {figure_text(self.satisfaction)}  return {figure_text(self.discounted_return)}"
+        if self.value is not None:
+            return self.message or f"own estimate {figure_text(self.value)}"
+        if self.episode_return is None or self.violations is None:
             return "no episode ended"
         return f"return {self.episode_return:.1f}  violations {self.violations:.2f}"
 
 
 TIMES_HEADER = ("steps", "seconds")
-_HEADER = tuple(field.name for field in fields(Row) if field.name != "seconds")
+_HEADER = tuple(field.name for field in fields(Row) if field.name not in ("seconds", "message"))
 
 
 class Metrics:
@@ -96,7 +116,7 @@ class Metrics:
         self._episodes += episodes
         self._losses += losses
 
-    def row(self, steps: int, updates: int, epsilon: float, learning_rate: float, seconds: float) -> Row:
+    def row(self, steps: int, updates: int, epsilon: float, learning_rate: float | None, seconds: float) -> Row:
         """Write a row, and begin the next."""
         episodes, n = self._episodes, len(self._episodes)
         row = Row(
@@ -113,14 +133,19 @@ class Metrics:
             seconds=seconds,
         )
         self._episodes, self._losses = [], []
+        self.write(row)
+        return row
+
+    def write(self, row: Row) -> None:
+        """Append a row to the files."""
         if self._folder is not None:
-            _append(self._folder / TIMES_FILE, csv_line([steps, seconds]))
+            _append(self._folder / TIMES_FILE, csv_line([row.steps, row.seconds]))
             _append(self._folder / METRICS_FILE, csv_line(getattr(row, name) for name in _HEADER))
         if self._writer is not None:
-            for name, value in asdict(row).items():
+            for name in (*_HEADER, "seconds"):
+                value = getattr(row, name)
                 if value is not None and name != "steps":
-                    self._writer.add_scalar(name, value, steps)
-        return row
+                    self._writer.add_scalar(name, value, row.steps)
 
     def state_dict(self) -> dict[str, Any]:
         """What has been taken in since the last row, as numbers."""

@@ -14,9 +14,8 @@ from ltlc.mdp import LabelledMDP
 from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.verdict import Judge, Line, PolicyVerdict, exact_lines, plain, verdict_values
 
-from ..systems import Agent
-from ..tabular.policy import TablePolicy
-from .evaluate import Rollouts, greedy_policy, rollout
+from ..agent import Agent
+from .evaluate import Rollouts, rollout
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def tabular_policy(agent: Agent, mdp: LabelledMDP) -> npt.NDArray[Any]:
         raise InvalidArgumentError(
             f"the agent sees {agent.encoder.space}, which is no numbering of the {mdp.n_states} states of the model"
         )
-    return agent.table if isinstance(agent, TablePolicy) else greedy_policy(agent)
+    return agent.policy_table()
 
 
 def sampled_lines(rollouts: Rollouts) -> list[Line]:

@@ -39,15 +39,14 @@ from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
 from ltlc.task import Task
 from ltlc.version import __version__
 
-from .. import systems
-from ..double_dqn.config import DQNConfig
-from ..double_dqn.replay import ReplaySize
-from ..systems import DOUBLE_DQN, Agent, Callback, Hyperparameters, Trained
-from ..tabular.registry import LEARNERS
+from ..agent import Agent
+from ..config import AgentConfig
+from ..fitted_q.config import FittedQConfig
+from ..registry import AGENTS, DOUBLE_DQN, FITTED_Q, AgentEntry, hyperparameters
 from .folder_lock import locked_folder
-from .loop import CHECKPOINT_FILE, POLICY_FILE
 from .metrics import METRICS_FILE, TIMES_FILE, read_rows
-from .storage import run_of
+from .progress import Callback, TrainingResult
+from .storage import CHECKPOINT_FILE, POLICY_FILE, run_of
 
 CONFIG_FILE = "config.json"
 AUTOMATON_FILE = "dra.json"
@@ -60,7 +59,7 @@ _RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_P
 """what a run writes after its beginning, in the order of removal: what is left is a run at any moment."""
 _EVENTS = "events.out.tfevents.*"
 """files of TensorBoard."""
-_FORMAT = 3
+_FORMAT = 4
 MOST_ENVS = 64
 """environments stepped together where nobody says how many."""
 EPISODES_EACH = 4
@@ -80,15 +79,12 @@ class RunConfig:
     on_termination: OnTermination = "repeat"
     num_envs: int = MOST_ENVS
     """environments stepped together."""
-    agent: str = DOUBLE_DQN
+    agent: str = FITTED_Q
     """name of what learns."""
-    hyperparameters: Hyperparameters = field(default_factory=DQNConfig)
+    hyperparameters: AgentConfig = field(default_factory=FittedQConfig)
     """of the agent."""
-
-    @property
-    def uses_rewards(self) -> bool:
-        """Whether the agent learns from the rewards of the task; others go by the automaton alone."""
-        return self.agent == DOUBLE_DQN or LEARNERS[self.agent].uses_rewards
+    agent_reason: str | None = None
+    """why this agent was chosen; None: somebody named it."""
 
     def task(self, automaton: RabinAutomaton) -> Task:
         """The task of an automaton with these rewards.
@@ -112,6 +108,7 @@ class RunConfig:
             "on_termination": self.on_termination,
             "num_envs": self.num_envs,
             "agent": self.agent,
+            "agent_reason": self.agent_reason,
             "hyperparameters": self.hyperparameters.to_dict(),
         }
 
@@ -127,8 +124,8 @@ class RunConfig:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
         fields = _of_kinds(values, {"reward": str, "parameters": dict, "on_deadlock": str | None,
                                     "on_termination": str, "num_envs": int, "agent": str, "setting": dict,
-                                    "hyperparameters": dict})  # fmt: skip
-        config = systems.hyperparameters(fields["agent"], fields["hyperparameters"])
+                                    "hyperparameters": dict, "agent_reason": str | None})  # fmt: skip
+        config = hyperparameters(fields["agent"], fields["hyperparameters"])
         _of_kinds(fields["setting"], {"env": str, "arguments": dict, "labels": str | None,
                                       "max_episode_steps": int | None, "initial_label": str})  # fmt: skip
         return cls(**fields | {"setting": EnvSpec(**fields["setting"]), "hyperparameters": config})
@@ -286,9 +283,9 @@ class RunFolder:
         """Train on another device from now on.
 
         Raises:
-            InvalidArgumentError: the agent is no network.
+            InvalidArgumentError: the agent has no device.
         """
-        self.config = replace(self.config, hyperparameters=systems.on_device(self.config.hyperparameters, device))
+        self.config = replace(self.config, hyperparameters=on_device(self.config.hyperparameters, device))
 
     @cached_property
     def judge(self) -> Judge | None:
@@ -304,53 +301,71 @@ class RunFolder:
 
         None: nothing much, or the dynamics are not known, or the agent learns without the rewards.
         """
-        return shortfall(self.judge, self.task) if self.config.uses_rewards and self.judge is not None else None
+        return shortfall(self.judge, self.task) if self.entry.uses_rewards and self.judge is not None else None
+
+    @property
+    def entry(self) -> AgentEntry:
+        """What is known of the agent."""
+        return AGENTS[self.config.agent]
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""
         return self.config.setting.vector(self.task, self.config.num_envs)
 
-    def check(self, given: Collection[str] = ()) -> ReplaySize | None:
-        """Make everything once, so that wrong input is found before anything is written; see `systems.check`.
+    def check(self, given: Collection[str] = ()) -> Any:
+        """Make everything once, so that wrong input is found before anything is written.
+
+        Args:
+            given: names of the hyperparameters that somebody asked for.
+
+        Returns:
+            The size of the agent's memory, with `rows` and `size_text`; None where it is small.
 
         Raises:
+            InvalidArgumentError: a hyperparameter that was asked for is without effect here.
+            MemoryLimitExceeded: the agent does not fit into memory.
             LtlcError: the environment, its labels, the task and the hyperparameters do not go together.
         """
-        env = self.vector_env()
-        try:
-            return systems.check(env, self.config.hyperparameters, given)
-        finally:
-            env.close()
+        config = self.config.hyperparameters
+        with closing(self.vector_env()) as env:
+            size = self.entry.agent_class.check(env, config)
+        unused = config.without_effect(rewarded=True)
+        for name in given:
+            if name in unused:
+                raise InvalidArgumentError(f"{name} is without effect here: {unused[name]}")
+        return size
 
-    def train(self, *, resume: bool = False, callback: Callback | None = None) -> Trained:
-        """Train to the end, or go on; see `ltlc.agents.systems.train_agent`.
+    def train(self, *, resume: bool = False, callback: Callback | None = None) -> TrainingResult:
+        """Train to the end, or go on; until Ctrl-C.
 
         Others are kept from training in the folder meanwhile, unless `create` or `open` has seen to it.
+
+        Args:
+            resume: whether to go on from a checkpoint. Agents that keep none begin anew.
+            callback: called with each row of metrics; stops the training by returning True.
         """
-        config = self.config
-        if resume and not self.keeps_checkpoints and (self.path / POLICY_FILE).exists():
+        config, again = self.config, self.entry.keeps_checkpoints
+        if resume and not again and (self.path / POLICY_FILE).exists():
             rows = self.metrics()
             if not rows:
                 raise FileFormatError(f"{self.path / METRICS_FILE} has no rows; begin anew")
-            return Trained(self.load(), int(rows[-1]["steps"] or 0), rows[-1]["seconds"] or 0.0)
+            steps = int(rows[-1]["steps"] or 0)
+            total = config.hyperparameters.total_steps
+            return TrainingResult(self.load(), steps, total, rows[-1]["seconds"] or 0.0, folder=self.path)
         with ExitStack() as stack:
             if self._lock is None:
                 stack.enter_context(locked_folder(self.path))
-            return systems.train_agent(
+            result: TrainingResult = self.entry.train(
                 stack.enter_context(closing(self.vector_env())),
                 config.agent,
                 config.hyperparameters,
-                self.path,
+                folder=self.path,
                 run_id=self.id,
-                resume=resume,
-                judge=None if self.keeps_checkpoints else self.judge,
+                resume=resume and (self.path / CHECKPOINT_FILE).exists(),  # else killed before the first checkpoint
+                judge=None if again else self.judge,
                 callback=callback,
             )
-
-    @property
-    def keeps_checkpoints(self) -> bool:
-        """Whether training that was cut short can go on where it was; else it begins anew."""
-        return self.config.agent == DOUBLE_DQN
+            return result
 
     def load(self) -> Agent:
         """What has been learned.
@@ -364,7 +379,7 @@ class RunFolder:
                 f"{self.path} holds no policy, since its training was cut short or found none; go on with it first: "
                 f"ltlc train --resume --out {self.path}"
             )
-        agent = systems.load_agent(self.config.agent, self.path / POLICY_FILE)
+        agent: Agent = self.entry.agent_class.load(self.path / POLICY_FILE)
         theirs, ours = agent.tables, self.task.tables
         names = ("letter_class", "next_state", "commit", "initial_state")
         if theirs.aps != ours.aps or not all(np.array_equal(getattr(theirs, n), getattr(ours, n)) for n in names):
@@ -406,13 +421,16 @@ class RunFolder:
             return None
 
 
+_NOT_LEARNED = ("ltlc", "run", "agent_reason")
+
+
 def _json(values: Mapping[str, Any]) -> str:
     return json.dumps(values, ensure_ascii=False, indent=2) + "\n"
 
 
 def _identity(config: Mapping[str, Any]) -> dict[str, Any]:
-    """What a configuration says about what is learned: all but the version, the device, threads, and the identity."""
-    values: dict[str, Any] = json.loads(json.dumps({key: config[key] for key in config if key not in ("ltlc", "run")}))
+    """What a configuration says about what is learned: all but the version, the reason, device, threads, identity."""
+    values: dict[str, Any] = json.loads(json.dumps({key: config[key] for key in config if key not in _NOT_LEARNED}))
     for name in ("device", "threads"):
         values["hyperparameters"].pop(name, None)
     return values
@@ -446,8 +464,22 @@ def num_envs_for(total_steps: int, episode_steps: int) -> int:
     return max(1, min(MOST_ENVS, total_steps // (EPISODES_EACH * episode_steps)))
 
 
-def default_folder(name: str, env: str, seed: int, agent: str = DOUBLE_DQN) -> Path:
-    """`runs/<task>-<environment>-<seed>`, in characters that every file system takes; with the agent, if tabular."""
-    task, place = (re.sub(r"[^a-z0-9]+", "-", part.lower()).strip("-") for part in (name, env.rpartition("/")[2]))
-    who = "" if agent == DOUBLE_DQN else agent
+def default_folder(name: str, env: str, seed: int, agent: str = FITTED_Q) -> Path:
+    """`runs/<task>-<environment>-<agent>-<seed>`, in characters that every file system takes.
+
+    Without the agent, if it is one that is chosen where nobody names one.
+    """
+    parts = (name, env.rpartition("/")[2], "" if agent in (FITTED_Q, DOUBLE_DQN) else agent)
+    task, place, who = (re.sub(r"[^a-z0-9]+", "-", part.lower()).strip("-") for part in parts)
     return Path("runs") / "-".join(filter(None, (task[:40].strip("-"), place, who, str(seed))))
+
+
+def on_device(config: AgentConfig, device: str) -> AgentConfig:
+    """The same hyperparameters for another device.
+
+    Raises:
+        InvalidArgumentError: the agent has no device.
+    """
+    if not hasattr(config, "device"):
+        raise InvalidArgumentError(f"tables stay in main memory; a device ({device}) is for the agent {DOUBLE_DQN!r}")
+    return replace(config, device=device)  # type: ignore[call-arg]

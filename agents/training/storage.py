@@ -21,6 +21,8 @@ from ltlc.rewards import RewardTables
 
 from .contents import Content, check_plain
 
+CHECKPOINT_FILE = "checkpoint.ltlc"
+POLICY_FILE = "policy.ltlc"
 _MAGIC = "ltlc"
 _VERSION = 1
 

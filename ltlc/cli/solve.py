@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -124,8 +125,7 @@ def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
 
 
 def _draw(path: Path, place: EnvSpec, task: Task, judge: Judge, reward: str) -> None:
-    from ltlc.agents import pictures
-
+    pictures = import_module("ltlc.agents.pictures")
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InvalidArgumentError(f"{path}: the suffix must be .png, .svg or .pdf")
     board = pictures.board_of(place.single)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,13 +20,8 @@ from ltlc.cli.verdicts import maximum_text, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.agents.double_dqn.replay import ReplaySize
-    from ltlc.agents.training.report import Report
-    from ltlc.agents.training.run_folder import RunConfig, RunFolder
     from ltlc.automata import RabinAutomaton
 
-STEPS = 300_000
-"""of double DQN, where no number is given."""
 COMPARED_UP_TO = 20_000
 """product states; in larger ones the optimum of the rewards takes long, and is compared with what is possible last."""
 
@@ -45,9 +43,10 @@ def train(
     on_termination: setting.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
-    agent: Annotated[str, typer.Option("--agent", metavar="NAME", help="What learns: a name from 'ltlc agents'.")] = (
-        "double-dqn"
-    ),
+    agent: Annotated[
+        str,
+        typer.Option("--agent", metavar="NAME", help="What learns: auto, a name from 'ltlc agents', or MODULE:NAME."),
+    ] = "auto",
     hyper: Annotated[
         list[str] | None,
         typer.Option("--hyper", metavar="KEY=VALUE", help="A hyperparameter of the agent. May be repeated."),
@@ -111,11 +110,9 @@ def train(
       ltlc train "F(A & F B)" --env ltlc/Thesis5x5-v0 --agent fu-topcu --hyper accuracy=0.05
       ltlc train --resume --out runs/f-a-f-b-g-c-thesis10x10-v0-0
     """
-    from ltlc.agents import systems
-    from ltlc.agents.training import run_folder as folders
     from ltlc.rewards import RECOMMENDED
 
-    replay = None
+    folders, replay = import_module("ltlc.agents.training.run_folder"), None
     if formula is None or env is None:
         if not resume or out is None:
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
@@ -124,10 +121,20 @@ def train(
         automaton = setting.automaton_of(formula, acceptance, translator)
         place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
-        defaults = systems.hyperparameters(agent, {})
-        given = assignments(hyper, "--hyper", kinds_of(type(defaults)))
+        frame = folders.RunConfig(
+            setting=place,
+            reward=reward,
+            parameters=setting.parameters_of(set_, reward),
+            on_deadlock=on_deadlock,
+            on_termination=on_termination,
+        )
+        agent, reason = _chosen(agent, frame, automaton, hyper, config, device)
+        if reason is not None and device == "cpu":
+            device = None
+        entry = import_module("ltlc.agents.registry").AGENTS[agent]
+        given = assignments(hyper, "--hyper", kinds_of(type(entry.defaults)))
         if steps is None:
-            steps = given.get("total_steps", STEPS if agent == systems.DOUBLE_DQN else defaults.total_steps)
+            steps = given.get("total_steps", entry.quick_steps or entry.defaults.total_steps)
         elif given.get("total_steps", steps) != steps:
             raise InvalidArgumentError(
                 f"--steps is {steps}, and total_steps is {given['total_steps']}; give one of them"
@@ -135,21 +142,16 @@ def train(
         if num_envs is None:
             num_envs = 1 if config == "thesis" else folders.num_envs_for(steps, place.episode_steps)
         episodes = num_envs * place.episode_steps
-        wanted = folders.RunConfig(
-            setting=place,
-            reward=reward,
-            parameters=setting.parameters_of(set_, reward),
-            on_deadlock=on_deadlock,
-            on_termination=on_termination,
+        wanted = replace(
+            frame,
             num_envs=num_envs,
             agent=agent,
+            agent_reason=reason,
             hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),
         )
         folder = Path(out) if out is not None else folders.default_folder(automaton.formula or "task", env, seed, agent)
-        opened = _opened(folder, wanted, automaton) if resume else None
-        if opened is not None:
-            run = opened
-        else:
+        run = _opened(folders, folder, wanted, automaton) if resume else None
+        if run is None:
             if (folder / folders.CONFIG_FILE).exists() and not force:
                 raise InvalidArgumentError(
                     f"{folder} holds a training run; go on with it by --resume, replace it by --force, or give another "
@@ -183,24 +185,38 @@ def _hyperparameters(
         episodes: steps of whole episodes in all environments.
         given: hyperparameters.
     """
-    from ltlc.agents import DQNConfig, systems
-
+    registry, folders = import_module("ltlc.agents.registry"), import_module("ltlc.agents.training.run_folder")
     implied: dict[str, Any] = {"seed": seed, "total_steps": steps}
-    if agent == systems.DOUBLE_DQN:
-        thesis = DQNConfig.thesis().to_dict() if preset == "thesis" else {}
+    if preset == "thesis":
+        if agent != registry.DOUBLE_DQN:
+            raise InvalidArgumentError(f"--config {preset} is for the agent {registry.DOUBLE_DQN!r}, not for {agent!r}")
+        implied = import_module("ltlc.agents").DQNConfig.thesis().to_dict() | implied
+    if registry.AGENTS[agent].keeps_checkpoints:
         # A checkpoint begins new episodes, so there must be time for whole ones between two.
-        pace = {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, episodes, 1)}
-        implied = thesis | implied | pace
-    elif preset != "default":
-        raise InvalidArgumentError(f"--config {preset} is for the agent {systems.DOUBLE_DQN!r}, not for {agent!r}")
-    config = systems.hyperparameters(agent, implied | given)
-    return config if device is None else systems.on_device(config, device)
+        implied |= {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, episodes, 1)}
+    config = registry.hyperparameters(agent, implied | given)
+    return config if device is None else folders.on_device(config, device)
 
 
-def _opened(folder: Path, wanted: RunConfig, automaton: RabinAutomaton) -> RunFolder | None:
+def _chosen(
+    agent: str, frame: Any, automaton: RabinAutomaton, hyper: list[str] | None, preset: str, device: str | None
+) -> tuple[str, str | None]:
+    """The name of the agent, and why it is this one if nobody named it."""
+    registry = import_module("ltlc.agents.registry")
+    if agent != registry.AUTO:
+        return agent, None
+    if preset == "thesis":
+        return registry.DOUBLE_DQN, "the configuration of the thesis is one of it"
+    if device not in (None, "cpu"):
+        return registry.DOUBLE_DQN, f"the device {device} was given"
+    names = [text.partition("=")[0].strip() for text in hyper or ()]
+    with closing(frame.setting.vector(frame.task(automaton), 1)) as env:
+        chosen = import_module("ltlc.agents.choice").choose_agent(env, names)
+    return chosen.agent, chosen.reason
+
+
+def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
     """The run in the folder, if there is one and it is the one that is wanted; None if there is none."""
-    from ltlc.agents.training import run_folder as folders
-
     if not (folder / folders.CONFIG_FILE).exists():
         complain(f"warning: {folder} holds no run to go on with; a new one begins")
         return None
@@ -215,21 +231,21 @@ def _opened(folder: Path, wanted: RunConfig, automaton: RabinAutomaton) -> RunFo
     return run
 
 
-def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: ReplaySize | None) -> int:
-    from ltlc.agents.training.artifacts import draw_run, judge_run
-
+def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int:
+    conclude = import_module("ltlc.agents.training.artifacts")
     total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:
         print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
         if run.judge is not None:
             print(maximum_text(run.judge))
+        if run.config.agent_reason is not None:
+            print(f"Agent: {run.config.agent}, since {run.config.agent_reason}")
         if replay is not None:
             print(f"Replay: the last {replay.rows} steps, {replay.size_text}")
-    n_states = 0 if run.judge is None or not run.config.uses_rewards else run.judge.rewards.n_states
-    late = n_states > COMPARED_UP_TO
+    late = run.judge is not None and run.entry.uses_rewards and run.judge.rewards.n_states > COMPARED_UP_TO
     if late:
-        complain(f"note: with {n_states} product states, it is judged last what the rewards teach")
+        complain(f"note: with {run.judge.rewards.n_states} product states, it is judged last what the rewards teach")
     else:
         warn_of_shortfall(run.shortfall, run.task)
     with training_display(total, quiet=quiet) as display:
@@ -238,22 +254,23 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: Repla
         again = setting.command_line("ltlc", "train", "--resume", "--out", str(run.path))
         kept = f"the checkpoint of step {result.saved_steps} is in {run.path}. Go on with: {again}"
         anew = f"{run.config.agent} keeps no checkpoint. Begin anew with: {again}"
-        what = kept if run.keeps_checkpoints else anew
+        what = kept if run.entry.keeps_checkpoints else anew
         return complain(f"interrupted after {result.steps} of {total} steps; {what}", code=130)
     told = {"folder": str(run.path), "seconds": round(result.seconds, 3)}
+    who = {"agent": run.config.agent, "agent_reason": run.config.agent_reason}
     lacked = {"shortcomings": list(result.shortcomings)}
     if result.agent is None:
-        nothing = {"agent": run.config.agent, "steps": result.steps, "learned": None} | lacked
+        nothing = {**who, "steps": result.steps, "learned": None, **lacked}
         run.write_result(nothing)
         if json_:
             print(json.dumps(told | nothing, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
-    verdict = judge_run(run, result.agent)
+    verdict = conclude.judge_run(run, result.agent)
     if late:
         warn_of_shortfall(run.shortfall, run.task)
-    values = {"agent": run.config.agent, "steps": result.steps, **verdict.to_dict(), **lacked}
+    values = {**who, "steps": result.steps, **verdict.to_dict(), **lacked}
     run.write_result(values)
-    pictures = draw_run(run, result.agent, verdict.judge)
+    pictures = conclude.draw_run(run, result.agent, verdict.judge)
     if json_:
         print(json.dumps(told | values, ensure_ascii=False, indent=2))
     elif not quiet:
@@ -265,6 +282,6 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: Repla
     return 0
 
 
-def headings(verdict: Report) -> tuple[str, str]:
+def headings(verdict: Any) -> tuple[str, str]:
     """The columns of a report."""
     return ("learned", "optimal for the rewards") if verdict.exact else ("learned, with 95 % interval", "")

@@ -9,9 +9,10 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from ltlc.agents.double_dqn.replay import FIELDS, ReplayBuffer, Steps
+from ltlc.agents.double_dqn.replay import ReplayBuffer
 from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.training.collect import Collector, Interface
+from ltlc.agents.transitions import FIELDS, TransitionBatch
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld
 from ltlc.errors import InvalidArgumentError
 from ltlc.task import Task
@@ -50,7 +51,7 @@ def collector(env: Any) -> Collector:
     return made
 
 
-def rows(steps: Steps) -> list[tuple[Any, ...]]:
+def rows(steps: TransitionBatch) -> list[tuple[Any, ...]]:
     columns = [np.ravel(getattr(steps, name)).tolist() for name in FIELDS]
     return list(zip(*columns, strict=True))
 
@@ -138,7 +139,7 @@ def test_buffer_keeps_the_last_rows_and_samples_whole_ones() -> None:
     buffer = ReplayBuffer(5, 1, np.int64)
     for first in (0, 4, 8):
         n = np.arange(first, first + 4)
-        buffer.add(Steps(n[:, None], n, n, n, n.astype(float), n % 2 == 0, n[:, None] + 1))
+        buffer.add(TransitionBatch(n[:, None], n, n, n, n.astype(float), n % 2 == 0, n[:, None] + 1))
     assert len(buffer) == 5 and buffer.added == 12
     assert sorted(buffer.columns["action"].tolist()) == [7, 8, 9, 10, 11]
     sample = buffer.sample(100, torch.Generator().manual_seed(0))
@@ -147,14 +148,14 @@ def test_buffer_keeps_the_last_rows_and_samples_whole_ones() -> None:
         a = row[0]
         assert row == (a, a, a, a, float(a), a % 2 == 0, a + 1)
     many = np.arange(20)
-    buffer.add(Steps(many[:, None], many, many, many, many * 1.0, many < 0, many[:, None]))
+    buffer.add(TransitionBatch(many[:, None], many, many, many, many * 1.0, many < 0, many[:, None]))
     assert sorted(buffer.columns["action"].tolist()) == [15, 16, 17, 18, 19]
 
 
 def test_buffer_comes_back_from_its_state() -> None:
     one, other = ReplayBuffer(5, 1, np.int64), ReplayBuffer(5, 1, np.int64)
     n = np.arange(7)
-    one.add(Steps(n[:, None], n, n, n, n * 1.0, n > 3, n[:, None]))
+    one.add(TransitionBatch(n[:, None], n, n, n, n * 1.0, n > 3, n[:, None]))
     other.load_state_dict(one.state_dict())
     assert all(torch.equal(one.columns[name], other.columns[name]) for name in FIELDS)
     assert other.added == 7

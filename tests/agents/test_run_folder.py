@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from ltlc.agents import DQNConfig
+from ltlc.agents import FittedQConfig
 from ltlc.agents.training import folder_lock
 from ltlc.agents.training.folder_lock import LOCK_FILE, locked_folder
 from ltlc.agents.training.loop import train
@@ -36,7 +36,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def a_config(seed: int = 0) -> RunConfig:
-    hyperparameters = DQNConfig(total_steps=200, seed=seed)
+    hyperparameters = FittedQConfig(total_steps=200, seed=seed)
     return RunConfig(setting=EnvSpec(env="ltlc/Thesis5x5-v0"), num_envs=2, hyperparameters=hyperparameters)
 
 
@@ -56,7 +56,7 @@ class TestLock:
             with pytest.raises(InvalidArgumentError, match="in use"):
                 RunFolder.create(folder, a_config(1), automaton, force=True)
             with pytest.raises(InvalidArgumentError, match="in use"):
-                train(first.vector_env(), DQNConfig(total_steps=100), folder=folder)
+                train(first.vector_env(), FittedQConfig(total_steps=100), folder=folder)
             assert contents(folder) == before
             assert RunFolder.open(folder).id == first.id  # reading is free
         assert not (folder / LOCK_FILE).exists()

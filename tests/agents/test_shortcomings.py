@@ -40,7 +40,7 @@ def test_the_command_says_so_while_it_runs_and_in_the_verdict(
     agent: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    pace = [] if agent == "double-dqn" else ["--hyper", "report_every=500"]
+    pace = [] if agent == "double-dqn" else ["--hyper", "log_every=500"]
     few = ["--num-envs", "64", "--steps", "6000", "--agent", agent, *pace]
     assert run(["train", "F(A & B)", *WORLD, *few, "--json", "--out", "one"]) == 0
     out, err = capsys.readouterr()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +14,28 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector import SyncVectorEnv
 
-from ltlc.agents import DoubleDQN, DQNConfig, ExactJudge, Progress, greedy_policy, train
-from ltlc.agents.double_dqn.networks import QNetwork
-from ltlc.agents.double_dqn.replay import ReplayBuffer, Steps
+from ltlc.agents import (
+    DoubleDQN,
+    DQNConfig,
+    ExactJudge,
+    FittedQ,
+    FittedQConfig,
+    Progress,
+    choose_agent,
+    greedy_policy,
+    train,
+)
+from ltlc.agents.double_dqn.replay import ReplayBuffer
 from ltlc.agents.encoder import ObservationEncoder
-from ltlc.agents.fitted_q.table import QTable, Tally
+from ltlc.agents.fitted_q.table import QTable, VisitCounts
+from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
-from ltlc.errors import InvalidArgumentError, TrainingDiverged
+from ltlc.errors import FileFormatError, InvalidArgumentError, TrainingDiverged
 from ltlc.mdp import Judge
 from ltlc.task import Task
 
 MAP = "S..\n.C.\nA.B"
-QUICK = DQNConfig(total_steps=20_000, epsilon_steps=5_000, log_every=2_000, checkpoint_every=6_000)
+QUICK = FittedQConfig(total_steps=20_000, epsilon_steps=5_000, log_every=2_000, checkpoint_every=6_000)
 
 
 def wrapped(task: Task, map_: str = MAP, slip: float = 0.05, n: int = 8) -> LTLVectorWrapper:
@@ -35,7 +46,7 @@ def wrapped(task: Task, map_: str = MAP, slip: float = 0.05, n: int = 8) -> LTLV
 def test_returns_of_what_is_learned_are_nearly_the_largest(reward: str) -> None:
     task = Task("F(A & F B) & G !C", reward, acceptance="transition")
     agent = train(wrapped(task), QUICK).agent
-    assert agent.tabular and isinstance(agent.q_network, QTable)
+    assert isinstance(agent, FittedQ) and isinstance(agent.table, QTable)
     judge = ExactJudge(labelled_mdp(GridWorld(MAP, slip=0.05)), agent.tables)
     assert judge.regret(greedy_policy(agent)).relative < 1e-3
 
@@ -98,35 +109,72 @@ def test_resumed_run_is_bit_identical(tmp_path: Path) -> None:
     with pytest.raises(Killed):
         train(wrapped(task), QUICK, folder=tmp_path / "parts", callback=kill)
     resumed = train(wrapped(task), folder=tmp_path / "parts", resume=True)
-    for ours, theirs in zip(*(run.agent.q_network.state_dict().values() for run in (whole, resumed)), strict=True):
+    for ours, theirs in zip(*(run.agent.table.state_dict().values() for run in (whole, resumed)), strict=True):
         assert torch.equal(ours, theirs)
     assert whole.agent.updates == resumed.agent.updates
-    again = DoubleDQN.load(tmp_path / "whole" / "policy.ltlc")
-    assert again.tabular and (greedy_policy(again) == greedy_policy(whole.agent)).all()
+    again = FittedQ.load(tmp_path / "whole" / "policy.ltlc")
+    assert (greedy_policy(again) == greedy_policy(whole.agent)).all()
 
 
 FEW, MANY = spaces.Discrete(9), spaces.MultiDiscrete([100, 100])
 
 
+class Shown(Corridor):
+    """The corridor, seen through another space."""
+
+    def __init__(self, space: spaces.Space[Any]) -> None:
+        self.observation_space = space
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        super().reset(seed=seed)
+        return self.observation_space.sample(), {}
+
+
 @pytest.mark.parametrize(
-    ("space", "changes", "tabular"),
+    ("space", "given", "agent", "why"),
     [
-        (FEW, {}, True),
-        (spaces.MultiDiscrete([3, 3]), {}, True),
-        (FEW, {"hidden": (8,)}, False),
-        (FEW, {"hidden": ()}, False),
-        (FEW, {"observation_input": "raw"}, False),
-        (FEW, {"counterfactual": False}, False),
-        (MANY, {}, False),
-        (spaces.Box(-1.0, 1.0, (2,)), {}, False),
+        (FEW, (), "fitted-q", "the 9 observations can be numbered"),
+        (spaces.MultiDiscrete([3, 3]), (), "fitted-q", "the 9 observations can be numbered"),
+        (FEW, ("total_steps", "epsilon_final"), "fitted-q", "can be numbered"),
+        (FEW, ("hidden",), "double-dqn", "hidden was given, which fitted-q does not have"),
+        (FEW, ("learning_rate", "double"), "double-dqn", "learning_rate, double was given"),
+        (MANY, (), "double-dqn", r"MultiDiscrete\(\[100 100\]\) cannot be numbered"),
+        (spaces.Discrete(400_000), (), "double-dqn", "cannot be numbered"),
+        (spaces.Box(-1.0, 1.0, (2,)), (), "double-dqn", "cannot be numbered"),
     ],
 )
-def test_numbered_observations_have_a_table_unless_the_configuration_asks_for_a_network(
-    space: spaces.Space[Any], changes: dict[str, Any], tabular: bool
-) -> None:
-    agent = DoubleDQN(space, 4, Task("F A", "two-discount").tables, DQNConfig(**changes))
-    assert agent.tabular == tabular
-    assert isinstance(agent.q_network, QTable if tabular else QNetwork)
+def test_the_agent_that_fits_is_chosen(space: spaces.Space[Any], given: tuple[str, ...], agent: str, why: str) -> None:
+    chosen = choose_agent(SyncVectorEnv([lambda: Shown(space)]), given)
+    assert chosen.agent == agent and re.search(why, chosen.reason)
+    assert str(chosen) == f"{agent}, since {chosen.reason}"
+
+
+def test_a_configuration_means_one_algorithm() -> None:
+    tables = Task("F A", "two-discount").tables
+    for hidden in (None, (), (8,)):
+        assert not hasattr(DoubleDQN(FEW, 4, tables, DQNConfig(hidden=hidden)), "table")
+    assert isinstance(train(wrapped(Task("F A")), DQNConfig(total_steps=8)).agent, DoubleDQN)
+    assert isinstance(train(wrapped(Task("F A")), FittedQConfig(total_steps=8)).agent, FittedQ)
+
+
+@pytest.mark.parametrize("space", [MANY, spaces.Box(-1.0, 1.0, (2,))])
+def test_a_table_that_cannot_be_is_refused(space: spaces.Space[Any]) -> None:
+    with pytest.raises(InvalidArgumentError, match="cannot be numbered; take the agent 'double-dqn'"):
+        FittedQ(space, 4, Task("F A").tables, FittedQConfig())
+
+
+def test_a_table_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ltlc.agents.fitted_q.agent.LARGEST", 71)
+    with pytest.raises(InvalidArgumentError, match="a table would have 72 entries, more than 71"):
+        FittedQ(FEW, 4, Task("F A", "two-discount").tables, FittedQConfig())
+
+
+def test_a_checkpoint_of_another_agent_is_refused(tmp_path: Path) -> None:
+    train(wrapped(Task("F A")), FittedQConfig(total_steps=16), folder=tmp_path)
+    with pytest.raises(InvalidArgumentError, match="is of the agent 'fitted-q', not 'double-dqn'"):
+        train(wrapped(Task("F A")), DQNConfig(total_steps=16), folder=tmp_path, resume=True)
+    with pytest.raises(FileFormatError, match="agent is 'fitted-q'; this is 'double-dqn'"):
+        DoubleDQN.load(tmp_path / "policy.ltlc")
 
 
 def test_the_network_has_one_layer_of_256_by_default() -> None:
@@ -134,12 +182,12 @@ def test_the_network_has_one_layer_of_256_by_default() -> None:
     assert [tuple(weights.shape)[:1] for weights in agent.q_network.parameters()][:1] == [(256,)]
 
 
-def steps(*rows: tuple[int, int, int, int, float, bool]) -> Steps:
+def steps(*rows: tuple[int, int, int, int, float, bool]) -> TransitionBatch:
     """Rows of observation, action, next observation, letter class, base reward, terminated."""
     observation, action, following, letter_class, paid, terminated = (
         np.array(column) for column in zip(*rows, strict=True)
     )
-    return Steps(
+    return TransitionBatch(
         observation=observation[:, None], state=0 * action, action=action, letter_class=letter_class,
         base_reward=paid, terminated=terminated, next_observation=following[:, None],
     )  # fmt: skip
@@ -147,11 +195,11 @@ def steps(*rows: tuple[int, int, int, int, float, bool]) -> Steps:
 
 def test_equal_steps_are_counted() -> None:
     encoder = ObservationEncoder(spaces.Discrete(3))
-    tally = Tally(encoder, 2, 1)
-    tally.add(steps((0, 1, 2, 0, 1.0, False), (0, 1, 2, 0, 3.0, False)))
-    tally.add(steps((0, 1, 1, 0, 0.0, True), (0, 1, 2, 0, 2.0, False), (2, 0, 0, 0, 0.0, False)))
-    found = tally.outcomes()
-    assert len(tally) == 5
+    counts = VisitCounts(encoder, 2, 1)
+    counts.add(steps((0, 1, 2, 0, 1.0, False), (0, 1, 2, 0, 3.0, False)))
+    counts.add(steps((0, 1, 1, 0, 0.0, True), (0, 1, 2, 0, 2.0, False), (2, 0, 0, 0, 0.0, False)))
+    found = counts.outcomes()
+    assert len(counts) == 5
     assert found.tries.tolist() == [0, 0, 1, 4, 0, 0]  # action 0 at 0, 1, 2; action 1 at 0, 1, 2
     by_outcome = {
         (int(pair), int(target), bool(end)): (float(weight), float(paid))
@@ -161,21 +209,21 @@ def test_equal_steps_are_counted() -> None:
     }
     assert by_outcome.keys() == {(3, 2, False), (3, 1, True), (2, 0, False)}
     assert by_outcome[3, 2, False] == (0.75, 2.0)
-    again = Tally(encoder, 2, 1)
-    again.load_state_dict(tally.state_dict())
+    again = VisitCounts(encoder, 2, 1)
+    again.load_state_dict(counts.state_dict())
     assert (again.outcomes().weight == found.weight).all() and len(again) == 5
 
 
 def test_experience_of_another_kind_is_refused() -> None:
-    tally = Tally(ObservationEncoder(spaces.Discrete(2)), 1, 1)
-    larger = Tally(ObservationEncoder(spaces.Discrete(9)), 1, 1)
+    counts = VisitCounts(ObservationEncoder(spaces.Discrete(2)), 1, 1)
+    larger = VisitCounts(ObservationEncoder(spaces.Discrete(9)), 1, 1)
     larger.add(steps((8, 0, 8, 0, 0.0, False)))
     for state in (larger.state_dict(), ReplayBuffer(4, 1, np.int64).state_dict()):
         with pytest.raises(InvalidArgumentError, match="of another kind"):
-            tally.load_state_dict(state)
+            counts.load_state_dict(state)
 
 
 def test_rewards_that_are_no_numbers_end_the_training() -> None:
-    tally = Tally(ObservationEncoder(spaces.Discrete(3)), 2, 1)
+    counts = VisitCounts(ObservationEncoder(spaces.Discrete(3)), 2, 1)
     with pytest.raises(TrainingDiverged, match="NaN"):
-        tally.add(steps((0, 1, 2, 0, float("nan"), False)))
+        counts.add(steps((0, 1, 2, 0, float("nan"), False)))

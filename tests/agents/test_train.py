@@ -25,6 +25,7 @@ from ltlc.agents import (
     DoubleDQN,
     DQNConfig,
     ExactJudge,
+    FittedQConfig,
     Progress,
     TrainingResult,
     greedy_policy,
@@ -441,7 +442,7 @@ def test_thesis_task_phi_3_is_solved_within_one_percent() -> None:
     task = Task(recorded_automaton("phi_3"), reward="thesis")
     env = thesis_vector_world("5x5", 64, max_episode_steps=500)
     wrapped = LTLVectorWrapper(env, task, initial_label="skip", extra_labels="ignore")
-    result = train(wrapped, DQNConfig(total_steps=60_000, batch_size=512))
+    result = train(wrapped, FittedQConfig(total_steps=60_000))
     judge = ExactJudge(labelled_mdp(thesis_world("5x5")), result.agent.tables, initial_label="skip")
     assert judge.regret(greedy_policy(result.agent)).relative < 0.01
 

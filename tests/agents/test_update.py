@@ -10,8 +10,9 @@ from gymnasium import spaces
 
 from ltlc.agents import DoubleDQN, DQNConfig
 from ltlc.agents.double_dqn.networks import QNetwork, move_towards
-from ltlc.agents.double_dqn.replay import Steps
-from ltlc.agents.double_dqn.update import policy_values, reachable_states
+from ltlc.agents.double_dqn.update import policy_values
+from ltlc.agents.tensor_tables import reachable_states
+from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import recorded_automaton
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables, get_scheme
@@ -45,13 +46,13 @@ def agent(tables: RewardTables | None = None, n_observations: int = N_OBSERVATIO
     return DoubleDQN(spaces.Discrete(n_observations), N_ACTIONS, tables or small_tables(), config)
 
 
-def batch(size: int, n_observations: int = N_OBSERVATIONS, n_classes: int = 2, seed: int = 0) -> Steps:
+def batch(size: int, n_observations: int = N_OBSERVATIONS, n_classes: int = 2, seed: int = 0) -> TransitionBatch:
     g = torch.Generator().manual_seed(seed)
 
     def draw(high: int, *shape: int) -> torch.Tensor:
         return torch.randint(high, shape or (size,), generator=g)
 
-    return Steps(
+    return TransitionBatch(
         observation=draw(n_observations, size, 1),
         state=draw(2),
         action=draw(N_ACTIONS),

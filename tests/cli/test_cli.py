@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import ltlc
-from ltlc.agents.systems import AGENTS
+from ltlc.agents import AGENTS
 from ltlc.cli.app import run
 from ltlc.formats import from_hoa, from_json, read_hoa_stream
 from ltlc.rewards import SCHEMES

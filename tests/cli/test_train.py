@@ -210,7 +210,7 @@ class TestTabular:
         assert (place / "policy.ltlc").read_bytes() == before
 
     def test_interruption_leaves_nothing_half_written(self) -> None:
-        options = ("--agent", "q-learning", "--hyper", "report_every=2000", "--num-envs", "2", "--out", "cut")
+        options = ("--agent", "q-learning", "--hyper", "log_every=2000", "--num-envs", "2", "--out", "cut")
         running = process("train", "F A", *SMALL_WORLD, *options, "--steps", "3000000")
         assert running.stdout is not None
         for line in running.stdout:
@@ -315,8 +315,8 @@ class TestTabular:
         ([*LAKE, "--episode-steps", "0"], "'--episode-steps': 0 is not in the range x>=1"),
         ([*LAKE, "--hyper", "total_steps=60"], "--steps is 50, and total_steps is 60; give one of them"),
         ([*LAKE, "--hyper", "gamma=0.5"], "gamma is without effect here: the reward scheme brings its own discounts"),
-        ([*LAKE, "--hyper", "learning_rate=0.1"], "learning_rate is without effect here: observations are few"),
-        ([*LAKE, "--hyper", "double=no"], "double is without effect here"),
+        ([*LAKE, "--agent", "fitted-q", "--hyper", "learning_rate=0.1"], "unknown hyperparameter 'learning_rate'"),
+        ([*POLE, "--agent", "fitted-q"], "cannot be numbered; take the agent 'double-dqn'"),
         ([*LAKE, "--hyper", "hidden=8", "--hyper", "batch_norm=maybe"], "batch_norm is 'maybe'; it must be on or off"),
         ([*LAKE, "--env-set", "is_slippery=maybe"], "is_slippery is 'maybe'; it must be on or off"),
         ([*LAKE, "--set", "zeta=high"], "zeta is 'high'; it must be a number"),
@@ -347,8 +347,8 @@ def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
         ("dra.json", content["dra.json"][:50], "dra.json"),
         ("dra.json", None, "dra.json is missing"),
         ("config.json", b"{", "config.json is not the configuration of a run"),
-        ("config.json", b'{"format": 3}', "is missing"),
-        ("config.json", content["config.json"].replace(b'"format": 3', b'"format": 9'), "this version reads format 3"),
+        ("config.json", b'{"format": 4}', "is missing"),
+        ("config.json", content["config.json"].replace(b'"format": 4', b'"format": 9'), "this version reads format 4"),
         ("config.json", None, "no run folder"),
     ]
     for name, damaged, message in damages:

@@ -15,7 +15,7 @@ from gymnasium import spaces
 from mutants import Maker, Reader, forged, kinds, survives
 
 from ltlc import LTLVectorWrapper, Task, compile
-from ltlc.agents import DoubleDQN, DQNConfig, train
+from ltlc.agents import DoubleDQN, DQNConfig, FittedQ, FittedQConfig, train
 from ltlc.agents.training.run_folder import RunConfig, RunFolder
 from ltlc.agents.training.storage import read_file, write_file
 from ltlc.envs import VectorGridWorld
@@ -131,9 +131,9 @@ def test_a_forged_checkpoint_leaves_the_run_as_it_was(tmp_path: Path) -> None:
     train(env, config, folder=tmp_path, callback=lambda progress: progress.row.steps >= 16)
     content = read_file(tmp_path / "checkpoint.ltlc", "checkpoint").value
     metrics = (tmp_path / "metrics.csv").read_bytes()
-    content["buffer"]["action"][0] = 99
+    content["memory"]["action"][0] = 99
     write_file(tmp_path / "checkpoint.ltlc", "checkpoint", content)
-    with pytest.raises(FileFormatError, match=r"buffer.action has a number that is not in 0 \.\. "):
+    with pytest.raises(FileFormatError, match=r"memory.action has a number that is not in 0 \.\. "):
         train(env, folder=tmp_path, resume=True)
     assert (tmp_path / "metrics.csv").read_bytes() == metrics
 
@@ -149,7 +149,7 @@ def test_a_policy_that_does_not_fit_its_run(
 ) -> None:
     config = RunConfig(setting=EnvSpec(env="ltlc/Thesis5x5-v0"))
     with RunFolder.create(tmp_path / "run", config, compile("F(A & F B)")) as run:
-        agent = DoubleDQN(spaces.Discrete(n_cells), n_actions, Task(formula).tables, DQNConfig())
+        agent = FittedQ(spaces.Discrete(n_cells), n_actions, Task(formula).tables, FittedQConfig())
         agent.save(run.path / "policy.ltlc", run=run.id)
         if message:
             with pytest.raises(FileFormatError, match=message):

@@ -17,7 +17,7 @@ from gymnasium import spaces
 from random_automata import random_automata
 
 from ltlc import LTLVectorWrapper, Task, compile
-from ltlc.agents import DoubleDQN, DQNConfig, train
+from ltlc.agents import DoubleDQN, DQNConfig, FittedQ, FittedQConfig, train
 from ltlc.agents.encoder import _example
 from ltlc.agents.tabular.policy import TablePolicy
 from ltlc.agents.training.run_folder import RunConfig, RunFolder
@@ -205,8 +205,10 @@ def _agents(folder: Path) -> dict[str, tuple[Maker, Reader]]:
     policies += _policies_of_other_spaces(folder)
     tables = _tables(folder)
 
-    def load(kind: str, agent: type[DoubleDQN] | type[TablePolicy]) -> Reader:
+    def load(kind: str, *agents: type[DoubleDQN] | type[FittedQ] | type[TablePolicy]) -> Reader:
         def read(content: Any) -> None:
+            named = content.get("agent") if isinstance(content, dict) else None
+            agent = next((agent for agent in agents if getattr(agent, "name", "") == named), agents[0])
             loaded = agent.load(write_file(folder / f"forged.{kind}", kind, content))
             packed = loaded.encoder.pack(_example(loaded.encoder.space))
             loaded.packed_policy(packed, np.array([loaded.tables.n_states - 1]))
@@ -219,7 +221,7 @@ def _agents(folder: Path) -> dict[str, tuple[Maker, Reader]]:
 
     (folder / "resumed").mkdir()
     return {
-        "policy": (lambda rng: forged(rng, rng.choice(policies), values), load("policy", DoubleDQN)),
+        "policy": (lambda rng: forged(rng, rng.choice(policies), values), load("policy", DoubleDQN, FittedQ)),
         "table": (lambda rng: forged(rng, rng.choice(tables), values), load("table", TablePolicy)),
         "checkpoint": (lambda rng: forged(rng, rng.choice(checkpoints), values), resume),
     }
@@ -229,6 +231,9 @@ _SMALL: dict[str, Any] = {"total_steps": 24, "learning_starts": 4, "batch_size":
                           "checkpoint_every": 12}  # fmt: skip
 
 
+_TABLE = {name: value for name, value in _SMALL.items() if name not in ("batch_size", "buffer_size")}
+
+
 def _trained(env: LTLVectorWrapper, folder: Path) -> tuple[list[Any], list[Any]]:
     """Contents of policies, and of checkpoints half through."""
     policies, checkpoints = [], []
@@ -236,7 +241,7 @@ def _trained(env: LTLVectorWrapper, folder: Path) -> tuple[list[Any], list[Any]]
         (
             DQNConfig(hidden=(3,), **_SMALL),
             DQNConfig(hidden=(3,), optimizer="sgd", batch_norm=True, **_SMALL),
-            DQNConfig(**_SMALL),
+            FittedQConfig(**_TABLE),
         )
     ):
         train(env, config, folder=folder / f"run{i}", callback=lambda _: True)

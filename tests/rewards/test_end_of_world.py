@@ -16,7 +16,7 @@ from random_worlds import random_task, random_world
 from scipy import sparse
 
 import ltlc
-from ltlc.agents import DQNConfig, greedy_policy, train
+from ltlc.agents import FittedQConfig, greedy_policy, train
 from ltlc.agents.tabular import LEARNERS, FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp
 from ltlc.faithful import Candidate, faithfulness
@@ -321,7 +321,7 @@ def gambles(task: Task, n: int = 4) -> LTLVectorWrapper:
 @pytest.mark.parametrize("formula", GOAL_OR_DOCK[:2])
 def test_the_table_learns_it(formula: str, on_termination: Any, probability: float) -> None:
     task = Task(formula, acceptance="transition", on_termination=on_termination)
-    config = DQNConfig(total_steps=4_000, epsilon_steps=1_000, log_every=1_000, checkpoint_every=4_000)
+    config = FittedQConfig(total_steps=4_000, epsilon_steps=1_000, log_every=1_000, checkpoint_every=4_000)
     agent = train(gambles(task), config).agent
     judge = Judge(goal_or_dock(1), task)
     assert judge.satisfaction(greedy_policy(agent)) == pytest.approx(probability)

@@ -1,0 +1,33 @@
+"""Steps of an environment, as they are collected, kept and learned from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class TransitionBatch:
+    """Environment steps, a row each, as NumPy arrays (collected) or tensors (sampled).
+
+    Rewards, discounts and next states of the automaton are not kept: they follow from the letter class by table
+    look-up, for the automaton state the step was made in and for all others.
+    """
+
+    observation: Any
+    """shape (n, width), packed; before the action."""
+    state: Any
+    """shape (n,), integer; table state before the action."""
+    action: Any
+    """shape (n,), integer; the action that was carried out, greedy or not."""
+    letter_class: Any
+    """shape (n,), integer; class of the letter read on arrival."""
+    base_reward: Any
+    """shape (n,), floating; what the environment pays on top of the reward tables."""
+    terminated: Any
+    """shape (n,), bool; whether the environment itself ended the episode. Truncation does not count."""
+    next_observation: Any
+    """shape (n, width), packed; after the action, never that of the following episode."""
+
+
+FIELDS = tuple(TransitionBatch.__dataclass_fields__)
