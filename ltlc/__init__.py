@@ -13,7 +13,7 @@ from pathlib import Path as _Path
 from typing import TYPE_CHECKING
 
 # The wheel carries agents/ and grammars/ inside this package; a checkout keeps them beside it.
-if not _Path(__path__[0], "agents").is_dir():
+if not _Path(__path__[0], "grammars").is_dir():
     __path__.append(str(_Path(__path__[0]).parent))
 
 from ltlc.version import __version__

@@ -166,6 +166,16 @@ def import_object(text: str, purpose: str) -> Any:
     return found
 
 
+def import_plugins() -> None:
+    """Import the modules that the environment variable LTLC_PLUGINS names, with commas between, so that they register.
+
+    Raises:
+        InvalidArgumentError: one cannot be imported.
+    """
+    for place in filter(None, map(str.strip, os.environ.get("LTLC_PLUGINS", "").split(","))):
+        import_module(place, "LTLC_PLUGINS")
+
+
 def import_module(place: str, purpose: str) -> ModuleType:
     """A module by its name, from the current folder first, or by its file.
 

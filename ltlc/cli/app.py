@@ -10,9 +10,10 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import agents, check, compile, evaluate, faithful, reproduce, rewards, show, solve, train, translators
+from ltlc.cli import check, compile, evaluate, faithful, listing, reproduce, show, solve, train
 from ltlc.cli.messages import complain, complain_of_system, shown_once
 from ltlc.errors import LimitExceeded, LtlcError
+from ltlc.registry import import_plugins
 from ltlc.version import __version__, is_compiled
 
 
@@ -33,11 +34,13 @@ def application() -> typer.Typer:
         solve.solve,
         faithful.faithful,
         reproduce.reproduce,
-        translators.translators,
-        rewards.rewards,
-        agents.agents,
+        listing.translators,
+        listing.rewards,
+        listing.agents,
+        listing.formats,
+        listing.labellers,
     ):
-        app.command(command.__name__.rstrip("_"))(command)
+        app.command(command.__name__.rstrip("_"), cls=listing.Command)(command)
     return app
 
 
@@ -66,6 +69,7 @@ def run(arguments: Sequence[str]) -> int:
         warnings.simplefilter("always", UserWarning)
         warnings.showwarning = shown_once()
         try:
+            import_plugins()
             code = command.main(list(arguments) or ["--help"], prog_name="ltlc", standalone_mode=False)
             sys.stdout.flush()
         except typer.TyperException as error:

@@ -10,7 +10,7 @@ import typer
 from ltlc.cli import flags
 from ltlc.cli.batch import compile_file
 from ltlc.cli.inputs import formula_text
-from ltlc.cli.outputs import Format, Output, check_targets, write_targets
+from ltlc.cli.outputs import Output, check_targets, write_targets
 from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
@@ -32,7 +32,14 @@ def compile_(
     ] = None,
     output: Output = None,
     form: Annotated[
-        Format | None, typer.Option("--format", "-f", help="Write the automaton to standard output in this format.")
+        str | None,
+        typer.Option(
+            "--format",
+            "-f",
+            metavar="NAME",
+            help="Write the automaton to standard output in this format: {formats}.",
+            autocompletion=flags.names_of("formats"),
+        ),
     ] = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
@@ -60,6 +67,7 @@ def compile_(
     """
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.compiler import compile
+    from ltlc.formats import FORMATS
 
     def translated(text: str) -> DRA:
         return compile(
@@ -79,6 +87,8 @@ def compile_(
     if json_ and "-" in targets:
         raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
     check_targets(targets)
+    if form:
+        FORMATS[form]  # a wrong name is told before the work
     if formula is not None:
         text = formula_text(formula)
         with time_limit(text, timeout):
@@ -92,7 +102,7 @@ def compile_(
     raise typer.Exit(compile_file(formulas, translated, targets, json_, timeout))
 
 
-def _one(dra: DRA, targets: list[str], form: Format, json_: bool) -> None:
+def _one(dra: DRA, targets: list[str], form: str, json_: bool) -> None:
     write_targets(dra, targets, form)
     if json_:
         print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib import import_module
 from typing import Annotated
 
 import typer
@@ -39,10 +38,13 @@ def evaluate(
     """
     if episodes < 2:
         raise InvalidArgumentError(f"--episodes is {episodes}; at least 2 are needed for an interval")
-    folder = import_module("ltlc.agents.training.run_folder").RunFolder.open(run)
-    conclude, agent = import_module("ltlc.agents.training.artifacts"), folder.load()
-    exported = None if prism is None else conclude.export_run(folder, agent, prism)
-    verdict = conclude.judge_run(folder, agent, episodes=episodes, seed=seed)
+    from ltlc.agents.training.artifacts import export_run, judge_run
+    from ltlc.agents.training.run_folder import RunFolder
+
+    folder = RunFolder.open(run)
+    agent = folder.load()
+    exported = None if prism is None else export_run(folder, agent, prism)
+    verdict = judge_run(folder, agent, episodes=episodes, seed=seed)
     warn_of_shortfall(verdict.shortfall, folder.task)
     if json_:
         print(json.dumps(verdict.to_dict() | checks_of(exported), ensure_ascii=False, indent=2))
@@ -53,5 +55,5 @@ def evaluate(
     print_figures(verdict.lines(), headings(verdict))
     if verdict.regret is not None:
         print(f"Lost against the optimum: {max(verdict.regret, 0.0):.2%} of the discounted return.")
-    if exported is not None:
+    if exported is not None and verdict.verdict is not None:
         print_checks(exported, verdict.verdict.satisfaction)

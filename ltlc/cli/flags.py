@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Annotated, Literal
 
 import typer
@@ -9,10 +11,58 @@ import typer
 from ltlc.errors import InvalidArgumentError
 
 
-def _translator_names(incomplete: str) -> list[str]:
+def _translators() -> Iterable[str]:
     from ltlc.translate import TRANSLATORS
 
-    return [name for name in ("auto", *TRANSLATORS) if name.startswith(incomplete)]
+    return ("auto", *TRANSLATORS)
+
+
+def _rewards() -> Iterable[str]:
+    from ltlc.rewards import SCHEMES
+
+    return SCHEMES
+
+
+def _agents() -> Iterable[str]:
+    from ltlc.agents.registry import AGENTS, AUTO
+
+    return (AUTO, *AGENTS)
+
+
+def _formats() -> Iterable[str]:
+    from ltlc.formats import FORMATS
+
+    return FORMATS
+
+
+def _suffixes() -> Iterable[str]:
+    from ltlc.automata.formats import suffixes
+
+    return suffixes()
+
+
+def _labellers() -> Iterable[str]:
+    from ltlc.envs.labels import LABELLERS
+
+    return LABELLERS
+
+
+NAMES: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
+    {
+        "translators": _translators,
+        "rewards": _rewards,
+        "agents": _agents,
+        "formats": _formats,
+        "suffixes": _suffixes,
+        "labellers": _labellers,
+    }
+)
+"""the names of every kind of part, for help and completion."""
+
+
+def names_of(kind: str) -> Callable[[str], list[str]]:
+    """Make the completion of an option that takes the name of a part of a kind."""
+    return lambda incomplete: [name for name in NAMES[kind]() if name.startswith(incomplete)]
 
 
 def path_given(parameter: typer.CallbackParam, value: str | list[str] | None) -> str | list[str] | None:
@@ -33,8 +83,8 @@ Translator = Annotated[
         "--translator",
         "-t",
         metavar="NAME",
-        help="Construction to use, a name from 'ltlc translators'; auto keeps the smallest result of several.",
-        autocompletion=_translator_names,
+        help="Construction to use: {translators}; auto keeps the smallest result of several. See 'ltlc translators'.",
+        autocompletion=names_of("translators"),
     ),
 ]
 Effort = Annotated[

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ltlc.compiler import DRA
 
-AUTOMATON_SUFFIXES = (".json", ".hoa")
-
 
 def formula_text(argument: str) -> str:
     """The formula or word given as an argument, or on standard input for `-`."""
@@ -32,20 +30,15 @@ def standard_input() -> Iterator[str]:
 
 def given_automaton(source: str) -> DRA | str:
     """The automaton in a file, or on standard input; or the text itself, where it is a formula."""
+    from ltlc.automata.formats import format_of_content, format_of_suffix
     from ltlc.compiler import DRA, load
 
     if source == "-":
         text = "".join(standard_input())
-        if text.lstrip().startswith("{"):
-            from ltlc.formats import from_json
-
-            return DRA.of(from_json(text))
-        if text.lstrip().startswith("HOA:"):
-            from ltlc.formats import from_hoa
-
-            return DRA.of(from_hoa(text))
-        return text
-    suffix = os.path.splitext(source)[1].lower()
-    if suffix in AUTOMATON_SUFFIXES or (suffix and os.path.isfile(source)):
+        form = format_of_content(text)
+        return text if form is None else DRA.of(form.read(text))
+    suffix = os.path.splitext(source)[1]
+    form = format_of_suffix(suffix)
+    if (form is not None and form.reader is not None) or (suffix and os.path.isfile(source)):
         return load(source)
     return source

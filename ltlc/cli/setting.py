@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from ltlc.cli import flags
 from ltlc.cli.inputs import given_automaton
 from ltlc.cli.values import assignments, kinds_of
 
@@ -16,19 +17,15 @@ if TYPE_CHECKING:
     from ltlc.envs.spec import EnvSpec
 
 
-def _scheme_names(incomplete: str) -> list[str]:
-    from ltlc.rewards import SCHEMES
-
-    return [name for name in SCHEMES if name.startswith(incomplete)]
-
-
 Labels = Annotated[
     str | None,
     typer.Option(
         "--labels",
         "-l",
         metavar="MODULE:NAME",
-        help="A function of the observation that returns the names that hold, or a dict of predicates.",
+        help="A function of the observation that returns the names that hold, or a dict of predicates; or the name of "
+        "registered ones: {labellers}.",
+        autocompletion=flags.names_of("labellers"),
     ),
 ]
 EnvArguments = Annotated[
@@ -49,9 +46,9 @@ Reward = Annotated[
         "--reward",
         "-r",
         metavar="NAME",
-        help="A scheme from 'ltlc rewards'.",
+        help="A scheme: {rewards}, or MODULE:CLASS. See 'ltlc rewards'.",
         show_default="the recommended one",
-        autocompletion=_scheme_names,
+        autocompletion=flags.names_of("rewards"),
     ),
 ]
 Parameters = Annotated[

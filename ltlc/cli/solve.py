@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -125,7 +124,8 @@ def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
 
 
 def _draw(path: Path, place: EnvSpec, task: Task, judge: Judge, reward: str) -> None:
-    pictures = import_module("ltlc.agents.pictures")
+    from ltlc.agents import pictures
+
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InvalidArgumentError(f"{path}: the suffix must be .png, .svg or .pdf")
     board = pictures.board_of(place.single)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from contextlib import closing
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,6 +19,9 @@ from ltlc.cli.verdicts import maximum_text, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
+    from ltlc.agents.double_dqn.replay import ReplaySize
+    from ltlc.agents.training.report import Report
+    from ltlc.agents.training.run_folder import RunConfig, RunFolder
     from ltlc.automata import RabinAutomaton
 
 COMPARED_UP_TO = 20_000
@@ -45,7 +47,7 @@ def train(
     translator: flags.Translator = "auto",
     agent: Annotated[
         str,
-        typer.Option("--agent", metavar="NAME", help="What learns: auto, a name from 'ltlc agents', or MODULE:NAME."),
+        typer.Option("--agent", metavar="NAME", help="What learns: {agents}, or MODULE:NAME. See 'ltlc agents'."),
     ] = "auto",
     hyper: Annotated[
         list[str] | None,
@@ -110,9 +112,11 @@ def train(
       ltlc train "F(A & F B)" --env ltlc/Thesis5x5-v0 --agent fu-topcu --hyper accuracy=0.05
       ltlc train --resume --out runs/f-a-f-b-g-c-thesis10x10-v0-0
     """
+    from ltlc.agents.registry import AGENTS
+    from ltlc.agents.training import run_folder as folders
     from ltlc.rewards import RECOMMENDED
 
-    folders, replay = import_module("ltlc.agents.training.run_folder"), None
+    replay = None
     if formula is None or env is None:
         if not resume or out is None:
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
@@ -131,7 +135,7 @@ def train(
         agent, reason = _chosen(agent, frame, automaton, hyper, config, device)
         if reason is not None and device == "cpu":
             device = None
-        entry = import_module("ltlc.agents.registry").AGENTS[agent]
+        entry = AGENTS[agent]
         given = assignments(hyper, "--hyper", kinds_of(type(entry.defaults)))
         if steps is None:
             steps = given.get("total_steps", entry.quick_steps or entry.defaults.total_steps)
@@ -150,8 +154,10 @@ def train(
             hyperparameters=_hyperparameters(agent, config, steps, seed, device, episodes, given),
         )
         folder = Path(out) if out is not None else folders.default_folder(automaton.formula or "task", env, seed, agent)
-        run = _opened(folders, folder, wanted, automaton) if resume else None
-        if run is None:
+        opened = _opened(folder, wanted, automaton) if resume else None
+        if opened is not None:
+            run = opened
+        else:
             if (folder / folders.CONFIG_FILE).exists() and not force:
                 raise InvalidArgumentError(
                     f"{folder} holds a training run; go on with it by --resume, replace it by --force, or give another "
@@ -185,24 +191,28 @@ def _hyperparameters(
         episodes: steps of whole episodes in all environments.
         given: hyperparameters.
     """
-    registry, folders = import_module("ltlc.agents.registry"), import_module("ltlc.agents.training.run_folder")
+    from ltlc.agents import DQNConfig, registry
+    from ltlc.agents.training.run_folder import on_device
+
     implied: dict[str, Any] = {"seed": seed, "total_steps": steps}
     if preset == "thesis":
         if agent != registry.DOUBLE_DQN:
             raise InvalidArgumentError(f"--config {preset} is for the agent {registry.DOUBLE_DQN!r}, not for {agent!r}")
-        implied = import_module("ltlc.agents").DQNConfig.thesis().to_dict() | implied
+        implied = DQNConfig.thesis().to_dict() | implied
     if registry.AGENTS[agent].keeps_checkpoints:
         # A checkpoint begins new episodes, so there must be time for whole ones between two.
         implied |= {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, episodes, 1)}
     config = registry.hyperparameters(agent, implied | given)
-    return config if device is None else folders.on_device(config, device)
+    return config if device is None else on_device(config, device)
 
 
 def _chosen(
-    agent: str, frame: Any, automaton: RabinAutomaton, hyper: list[str] | None, preset: str, device: str | None
+    agent: str, frame: RunConfig, automaton: RabinAutomaton, hyper: list[str] | None, preset: str, device: str | None
 ) -> tuple[str, str | None]:
     """The name of the agent, and why it is this one if nobody named it."""
-    registry = import_module("ltlc.agents.registry")
+    from ltlc.agents import registry
+    from ltlc.agents.choice import choose_agent
+
     if agent != registry.AUTO:
         return agent, None
     if preset == "thesis":
@@ -211,12 +221,14 @@ def _chosen(
         return registry.DOUBLE_DQN, f"the device {device} was given"
     names = [text.partition("=")[0].strip() for text in hyper or ()]
     with closing(frame.setting.vector(frame.task(automaton), 1)) as env:
-        chosen = import_module("ltlc.agents.choice").choose_agent(env, names)
+        chosen = choose_agent(env, names)
     return chosen.agent, chosen.reason
 
 
-def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) -> Any:
+def _opened(folder: Path, wanted: RunConfig, automaton: RabinAutomaton) -> RunFolder | None:
     """The run in the folder, if there is one and it is the one that is wanted; None if there is none."""
+    from ltlc.agents.training import run_folder as folders
+
     if not (folder / folders.CONFIG_FILE).exists():
         complain(f"warning: {folder} holds no run to go on with; a new one begins")
         return None
@@ -231,8 +243,9 @@ def _opened(folders: Any, folder: Path, wanted: Any, automaton: RabinAutomaton) 
     return run
 
 
-def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int:
-    conclude = import_module("ltlc.agents.training.artifacts")
+def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: ReplaySize | None) -> int:
+    from ltlc.agents.training.artifacts import draw_run, judge_run
+
     total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.setting, episodes=True)
     if not quiet:
@@ -243,9 +256,10 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
             print(f"Agent: {run.config.agent}, since {run.config.agent_reason}")
         if replay is not None:
             print(f"Replay: the last {replay.rows} steps, {replay.size_text}")
-    late = run.judge is not None and run.entry.uses_rewards and run.judge.rewards.n_states > COMPARED_UP_TO
+    n_states = 0 if run.judge is None or not run.entry.uses_rewards else run.judge.rewards.n_states
+    late = n_states > COMPARED_UP_TO
     if late:
-        complain(f"note: with {run.judge.rewards.n_states} product states, it is judged last what the rewards teach")
+        complain(f"note: with {n_states} product states, it is judged last what the rewards teach")
     else:
         warn_of_shortfall(run.shortfall, run.task)
     with training_display(total, quiet=quiet) as display:
@@ -265,12 +279,12 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
         if json_:
             print(json.dumps(told | nothing, ensure_ascii=False, indent=2))
         return complain(f"nothing was learned in {result.steps} steps: {result.message}", code=1)
-    verdict = conclude.judge_run(run, result.agent)
+    verdict = judge_run(run, result.agent)
     if late:
         warn_of_shortfall(run.shortfall, run.task)
     values = {**who, "steps": result.steps, **verdict.to_dict(), **lacked}
     run.write_result(values)
-    pictures = conclude.draw_run(run, result.agent, verdict.judge)
+    pictures = draw_run(run, result.agent, verdict.judge)
     if json_:
         print(json.dumps(told | values, ensure_ascii=False, indent=2))
     elif not quiet:
@@ -282,6 +296,6 @@ def _train(run: Any, resume: bool, quiet: bool, json_: bool, replay: Any) -> int
     return 0
 
 
-def headings(verdict: Any) -> tuple[str, str]:
+def headings(verdict: Report) -> tuple[str, str]:
     """The columns of a report."""
     return ("learned", "optimal for the rewards") if verdict.exact else ("learned, with 95 % interval", "")

@@ -5,7 +5,7 @@ Importing this package registers the grid worlds with Gymnasium: `gymnasium.make
 
 from ltlc.envs.grid import GridWorld, VectorGridWorld
 from ltlc.envs.grid_map import HOLD, GridMap, grid_map
-from ltlc.envs.labels import LabelFunction
+from ltlc.envs.labels import LABELLERS, LabelFunction, register_labeller
 from ltlc.envs.recorded import RECORDED, recorded_automaton
 from ltlc.envs.registration import register_envs
 from ltlc.envs.tabular import labelled_mdp
@@ -15,6 +15,7 @@ from ltlc.envs.wrapper import LTLWrapper
 
 __all__ = [
     "HOLD",
+    "LABELLERS",
     "RECORDED",
     "GridMap",
     "GridWorld",
@@ -26,6 +27,7 @@ __all__ = [
     "labelled_mdp",
     "recorded_automaton",
     "register_envs",
+    "register_labeller",
     "thesis_map",
     "thesis_vector_world",
     "thesis_world",

@@ -16,12 +16,12 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from ltlc.errors import InvalidArgumentError
-from ltlc.registry import import_object
+from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.registry import Registry, import_object
 
 ExtraLabels = Literal["error", "ignore"]
 LabelSource = Callable[..., Any] | Mapping[str, Callable[..., Any] | str] | str | None
@@ -48,6 +48,41 @@ class LabelFunction:
         return self.function(*arguments)
 
 
+LABELLERS: Registry[Any] = Registry("labeller", "ltlc.labellers")
+"""labelling functions and dicts of predicates by name; empty, but for what users and installed packages register."""
+
+_L = TypeVar("_L")
+
+
+def register_labeller(name: str) -> Callable[[_L], _L]:
+    """Make labels known by a name, which then can be given wherever `module:name` can; a decorator.
+
+    Installed packages offer theirs in the group of entry points "ltlc.labellers".
+
+    Raises:
+        InvalidArgumentError: the name is taken, or there is a colon in it.
+
+    Example:
+        >>> from ltlc.envs import register_labeller
+        >>> @register_labeller("even")
+        ... def even(observation: int) -> set[str]:
+        ...     return {"even"} if observation % 2 == 0 else set()
+        >>> Source("even").function(4)
+        {'even'}
+        >>> LABELLERS.remove("even")
+    """
+    return LABELLERS.register(name)
+
+
+def _named(text: str) -> Any:
+    """The labels that a text means."""
+    if text in LABELLERS:
+        return LABELLERS[text]
+    if ":" not in text and len(LABELLERS):
+        raise UnknownNameError("labeller", text, LABELLERS)
+    return import_object(text, "labels")
+
+
 class Source:
     """Labels as a user gives them, ready to be called.
 
@@ -59,7 +94,7 @@ class Source:
         propositions: the names it can produce; None if they are not declared.
 
     Args:
-        labels: a function, a dict of predicates, or the text `module:name` of either.
+        labels: a function, a dict of predicates, or the text `module:name` of either, or the name of a registered one.
         signatures: what functions may take.
 
     Raises:
@@ -72,7 +107,7 @@ class Source:
         self._find()
 
     def _find(self) -> None:
-        found: Any = import_object(self.labels, "labels") if isinstance(self.labels, str) else self.labels
+        found: Any = _named(self.labels) if isinstance(self.labels, str) else self.labels
         self.given = found
         self.function: Callable[..., Any]
         self.propositions: tuple[str, ...] | None = None

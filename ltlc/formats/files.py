@@ -3,34 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
+from ltlc.automata.formats import FORMATS, Format, format_of_content, format_of_suffix, suffixes
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError, check_type
-from ltlc.formats.dot import to_dot
-from ltlc.formats.hoa import to_hoa
-from ltlc.formats.hoa_reader import from_hoa
-from ltlc.formats.json import from_json, to_json
-from ltlc.formats.mermaid import to_mermaid
 from ltlc.formats.picture import PICTURES, drawn
-
-TEXT_WRITERS: Mapping[str, Callable[[RabinAutomaton], str]] = {
-    ".json": to_json,
-    ".hoa": to_hoa,
-    ".dot": to_dot,
-    ".mmd": to_mermaid,
-    ".md": lambda automaton: f"```mermaid\n{to_mermaid(automaton)}```\n",
-}
-READERS: Mapping[str, Callable[[str], RabinAutomaton]] = {".json": from_json, ".hoa": from_hoa}
 
 
 def write(automaton: RabinAutomaton, path: str | os.PathLike[str]) -> Path:
     """Write the automaton in the format that the suffix of the path names; all or nothing.
 
-    Known suffixes: .json and .hoa, which `read` reads back; .dot; .mmd (Mermaid) and .md (Mermaid in a Markdown
-    fence); .svg, .png and .pdf, which need Graphviz or, but for .pdf, the package graphviz-pure.
+    Known are the suffixes of all formats of `FORMATS`: .json and .hoa, which `read` reads back; .dot; .mmd (Mermaid)
+    and .md (Mermaid in a Markdown fence); .svg, .png and .pdf, which need Graphviz or, but for .pdf, the package
+    graphviz-pure; and those of `register_format`.
 
     Returns:
         The path that was written.
@@ -57,23 +45,24 @@ def write_all(automaton: RabinAutomaton, paths: Iterable[str | os.PathLike[str]]
     contents: dict[Path, str | bytes] = {}
     problem: MissingProgramError | None = None
     for target in map(Path, paths):
-        suffix = target.suffix.lower()
-        if suffix in TEXT_WRITERS:
-            contents[target] = TEXT_WRITERS[suffix](automaton)
-        elif suffix in PICTURES:
+        form = format_of_suffix(target.suffix)
+        if form is None:
+            raise InvalidArgumentError(
+                f"{target}: no format has the suffix {target.suffix!r}; known are {' '.join(suffixes())}"
+            )
+        if form.suffixes[0] in PICTURES:
             picture, without = drawn(automaton, target)
             contents |= picture
             problem = problem or without
         else:
-            known = " ".join([*TEXT_WRITERS, *PICTURES])
-            raise InvalidArgumentError(f"{target}: no format has the suffix {suffix!r}; known are {known}")
+            contents[target] = form.write(automaton)
     atomic_write_all(contents)
     if problem is not None:
         raise problem
 
 
 def read(path: str | os.PathLike[str]) -> RabinAutomaton:
-    """The automaton in a .json or .hoa file; with any other suffix the content decides.
+    """The automaton in a .json or .hoa file, or of another format with a reader; with any other suffix content decides.
 
     Raises:
         FileFormatError: the content is not what the suffix promises, or neither format; the message names the path
@@ -86,18 +75,18 @@ def read(path: str | os.PathLike[str]) -> RabinAutomaton:
     source = Path(path)
     try:
         text = source.read_bytes().decode("utf-8-sig")
-        reader = READERS.get(source.suffix.lower()) or _reader_for(text)
-        return reader(text)
+        form = format_of_suffix(source.suffix)
+        return (form if form is not None and form.reader is not None else _format_of(text)).read(text)
     except UnicodeDecodeError as error:
         raise FileFormatError(f"{source}: not UTF-8 text (byte {error.start})") from None
     except FileFormatError as error:
         raise FileFormatError(f"{source}: {error}") from None
 
 
-def _reader_for(text: str) -> Callable[[str], RabinAutomaton]:
-    if text.lstrip().startswith(("{", "[")):
-        return from_json
-    # A comment may stand before HOA:.
-    if text.lstrip().startswith(("HOA:", "/*")):
-        return from_hoa
-    raise FileFormatError("neither JSON (which starts with '{') nor HOA (which starts with 'HOA: v1')")
+def _format_of(text: str) -> Format:
+    form = format_of_content(text)
+    if form is None:
+        others = [name for name, one in FORMATS.items() if one.reader is not None and name not in ("json", "hoa")]
+        more = "".join(f" nor {name}" for name in others)
+        raise FileFormatError(f"neither JSON (which starts with '{{') nor HOA (which starts with 'HOA: v1'){more}")
+    return form

@@ -36,6 +36,11 @@ def to_mermaid(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str
     return "\n".join(lines) + "\n"
 
 
+def to_markdown(automaton: RabinAutomaton) -> str:
+    """Write the flowchart of `to_mermaid` in a Markdown fence."""
+    return f"```mermaid\n{to_mermaid(automaton)}```\n"
+
+
 def _node(automaton: RabinAutomaton, q: int) -> str:
     name = str(q) if automaton.state_names is None else automaton.state_names[q]
     text = _entities(name + _marks(*state_marks(automaton, q)))

@@ -60,6 +60,21 @@ def drawn(
         return {beside: source}, MissingProgramError(advice)
 
 
+def to_svg(automaton: RabinAutomaton) -> bytes:
+    """Draw the automaton as SVG; raises MissingProgramError as `draw` does."""
+    return draw(to_dot(automaton), "svg")
+
+
+def to_png(automaton: RabinAutomaton) -> bytes:
+    """Draw the automaton as PNG; raises MissingProgramError as `draw` does."""
+    return draw(to_dot(automaton), "png")
+
+
+def to_pdf(automaton: RabinAutomaton) -> bytes:
+    """Draw the automaton as PDF; raises MissingProgramError as `draw` does."""
+    return draw(to_dot(automaton), "pdf")
+
+
 def draw(source: str, kind: str) -> bytes:
     """What Graphviz makes of a DOT text, e.g. for `kind` "svg": the `dot` program, else the package graphviz-pure.
 
