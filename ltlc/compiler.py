@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import MutableMapping
-from dataclasses import fields
+from dataclasses import replace
 from itertools import islice
 from numbers import Integral, Real
-from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple
 
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.budget import time_limit
-from ltlc.errors import DepthLimitExceeded, InvalidArgumentError, MissingProgramError, check_type
-from ltlc.formats.picture import draw
+from ltlc.errors import DepthLimitExceeded, InvalidArgumentError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
 from ltlc.translate import Effort, translate
-
-NOTEBOOK_STATES = 200
-"""A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
 
 MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
@@ -50,74 +45,8 @@ class Options(NamedTuple):
 Cache = MutableMapping[tuple[Formula, Options], RabinAutomaton]
 
 
-class DRA(RabinAutomaton):
-    """A deterministic Rabin automaton that can write itself.
-
-    Made by `compile` and `load`; everything about states, pairs and words is inherited.
-    """
-
-    @classmethod
-    def of(cls, automaton: RabinAutomaton, **changes: Any) -> Self:
-        """The same automaton, but for the fields in `changes`, with the methods of this class."""
-        check_type(automaton, RabinAutomaton, "the automaton", "a RabinAutomaton")
-        return cls(**{field.name: getattr(automaton, field.name) for field in fields(automaton)} | changes)
-
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf.
-
-        The file appears complete or not at all.
-
-        Returns:
-            Where it was written.
-
-        Raises:
-            InvalidArgumentError: the suffix is not one of those above.
-            MissingProgramError: nothing that draws pictures is installed; the .dot file is written instead.
-            OSError: the folder is missing, not writable or full.
-        """
-        return formats.write(self, path)
-
-    def to_json(self) -> str:
-        """The automaton with its annotations as the text of a .json file."""
-        return formats.to_json(self)
-
-    def to_hoa(self) -> str:
-        """The automaton in the Hanoi Omega-Automata format, version 1."""
-        return formats.to_hoa(self)
-
-    def to_dot(self) -> str:
-        """The picture as Graphviz source."""
-        return formats.to_dot(self)
-
-    def to_mermaid(self) -> str:
-        """The picture as a Mermaid state diagram, for Markdown pages."""
-        return formats.to_mermaid(self)
-
-    def to_svg(self) -> str:
-        """The picture.
-
-        Raises:
-            MissingProgramError: nothing that draws is installed.
-        """
-        return draw(self.to_dot(), "svg").decode("utf-8")
-
-    def _repr_svg_(self) -> str | None:
-        """The picture for a notebook, or None where nothing that draws is installed or there is too much to see."""
-        try:
-            return self.to_svg() if self.n_states <= NOTEBOOK_STATES else None
-        except MissingProgramError:
-            return None
-
-    @property
-    def size(self) -> str:
-        """Size and kind for a reader, e.g. "5 states, 1 pair, state-based"."""
-        states = "1 state" if self.n_states == 1 else f"{self.n_states} states"
-        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
-        return f"{states}, {pairs}, {self.acceptance}-based"
-
-    def __repr__(self) -> str:
-        formula = self.formula or "an unnamed language"
-        return f"<DRA of {formula if len(formula) <= 80 else formula[:77] + '...'}: {self.size}>"
+DRA = RabinAutomaton
+"""The deterministic Rabin automaton."""
 
 
 def compile(
@@ -170,7 +99,7 @@ def compile(
             known = translate(shape, **options._asdict(), text=text)
             if cache is not None:
                 cache[shape, options] = known
-        return DRA.of(known, aps=names, formula=text)
+        return replace(known, aps=names, formula=text)
 
 
 def as_formula(formula_or_text: Formula | str) -> Formula:
@@ -206,4 +135,4 @@ def load(path: str | os.PathLike[str]) -> DRA:
         LimitExceeded: it has too many propositions, or needs too many states to get Rabin pairs.
         OSError: the file is missing or not readable.
     """
-    return DRA.of(formats.read(path))
+    return formats.read(path)

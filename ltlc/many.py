@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator, MutableMapping
 from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import replace
 from itertools import chain, islice
 from multiprocessing import get_context
 from numbers import Integral
@@ -99,7 +100,7 @@ def compile_many(
         known[shape, options] = automaton
         if progress is not None:
             progress(done, len(missing))
-    return [DRA.of(known[shape, options], aps=names, formula=text) for shape, names, text in read]
+    return [replace(known[shape, options], aps=names, formula=text) for shape, names, text in read]
 
 
 def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[Formula, RabinAutomaton]]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
 from ltlc.registry import Registry, import_object
 
-Writer = Callable[[RabinAutomaton], str | bytes]
-Reader = Callable[[str], RabinAutomaton]
+if TYPE_CHECKING:
+    from ltlc.automata.rabin import RabinAutomaton
+
+Writer = Callable[["RabinAutomaton"], str | bytes]
+Reader = Callable[[str], "RabinAutomaton"]
 
 
 @dataclass(frozen=True)

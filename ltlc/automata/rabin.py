@@ -19,6 +19,7 @@ from ltlc import graph
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
 from ltlc.automata.languages import equivalent_states
+from ltlc.automata.output import Output
 from ltlc.automata.partition import number_blocks
 from ltlc.errors import (
     AlphabetLimitExceeded,
@@ -45,8 +46,8 @@ class RabinPair(NamedTuple):
     inf: frozenset[int] | frozenset[tuple[int, int]]
 
 
-@dataclass(frozen=True, eq=False)
-class RabinAutomaton:
+@dataclass(frozen=True, eq=False, repr=False)
+class RabinAutomaton(Output):
     """A complete deterministic automaton with a Rabin acceptance condition.
 
     A run is accepted iff for some pair i it takes marks of `fin[i]` finitely often and marks of `inf[i]` infinitely

@@ -31,12 +31,12 @@ def standard_input() -> Iterator[str]:
 def given_automaton(source: str) -> DRA | str:
     """The automaton in a file, or on standard input; or the text itself, where it is a formula."""
     from ltlc.automata.formats import format_of_content, format_of_suffix
-    from ltlc.compiler import DRA, load
+    from ltlc.compiler import load
 
     if source == "-":
         text = "".join(standard_input())
         form = format_of_content(text)
-        return text if form is None else DRA.of(form.read(text))
+        return text if form is None else form.read(text)
     suffix = os.path.splitext(source)[1]
     form = format_of_suffix(suffix)
     if (form is not None and form.reader is not None) or (suffix and os.path.isfile(source)):

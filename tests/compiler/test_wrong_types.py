@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -11,7 +12,6 @@ import numpy as np
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton
 from ltlc.errors import InvalidAutomatonError
 from ltlc.ltl import And, Eventually, Not, Proposition, Until
 
@@ -62,7 +62,6 @@ CALLS: dict[str, tuple[Callable[[Any], object], tuple[str, ...]]] = {
     "LassoWord cycle": (lambda x: ltlc.LassoWord([], x), ()),
     "LassoWord letter": (lambda x: ltlc.LassoWord([], [x]), ("list", "dict")),
     "LassoWord name": (lambda x: ltlc.LassoWord([], [(x,)]), ()),
-    "DRA.of": (ltlc.DRA.of, ()),
     "DRA.save": (DRA.save, ()),
     "DRA.step state": (lambda x: DRA.step(x, {"a"}), ()),
     "DRA.step letter": (lambda x: DRA.step(0, x), ("dict",)),
@@ -133,8 +132,8 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 def test_half_a_character_never_gets_into_an_automaton() -> None:
     with pytest.raises(InvalidAutomatonError, match="no text that a file could hold"):
-        ltlc.DRA.of(DRA, aps=("caf\udce9",))
-    assert isinstance(ltlc.DRA.of(DRA, aps=("café",)), RabinAutomaton)
+        replace(DRA, aps=("caf\udce9",))
+    assert replace(DRA, aps=("café",)).aps == ("café",)
 
 
 def test_formulas_that_are_too_large_end_by_a_limit_at_once() -> None:

@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 from random_automata import random_automaton
 
+import ltlc
 from ltlc.atomic import atomic_write
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import RabinAutomaton, canonical, equivalent, to_parity
+from ltlc.envs import recorded_automaton
 from ltlc.errors import FileFormatError, InvalidArgumentError
-from ltlc.formats import read, to_dot, to_hoa, to_json, to_mermaid, write
+from ltlc.formats import from_json, read, read_hoa_stream, to_dot, to_hoa, to_json, to_mermaid, write
 
 
 def automaton() -> RabinAutomaton:
@@ -111,3 +113,15 @@ def test_link_stays_a_link(tmp_path: Path) -> None:
     atomic_write(tmp_path / "link", "new\n")
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "real").read_text() == "new\n"
+
+
+def test_every_automaton_can_write_itself(tmp_path: Path) -> None:
+    """However it was made: compiled, recorded, read from a stream, or made by a transformation."""
+    compiled = ltlc.compile("F a & G !b")
+    made = [compiled, recorded_automaton("phi_1"), *read_hoa_stream(compiled.to_hoa())]
+    made += [to_parity(compiled).automaton, canonical(compiled), from_json(compiled.to_json())]
+    for i, dra in enumerate(made):
+        assert isinstance(dra, ltlc.DRA)
+        assert equivalent(ltlc.load(dra.save(tmp_path / f"{i}.json")), dra)
+        assert equivalent(ltlc.load(dra.save(tmp_path / f"{i}.hoa")), dra)
+        assert dra.to_dot().startswith("digraph") and dra.to_mermaid() and dra.size in repr(dra)

@@ -1,0 +1,93 @@
+"""How an automaton shows and saves itself, in the formats that are registered."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Literal
+
+from ltlc.automata.formats import FORMATS
+from ltlc.errors import MissingProgramError
+from ltlc.registry import import_object
+
+NOTEBOOK_STATES = 200
+"""A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
+
+
+class Output:
+    """The methods by which an automaton leaves the program."""
+
+    acceptance: Literal["state", "transition"]
+    formula: str | None
+
+    @property
+    def n_states(self) -> int:
+        """Number of states."""
+        raise NotImplementedError
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of Rabin pairs."""
+        raise NotImplementedError
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf or any in `FORMATS`.
+
+        The file appears complete or not at all.
+
+        Returns:
+            Where it was written.
+
+        Raises:
+            InvalidArgumentError: no format has the suffix.
+            MissingProgramError: nothing that draws pictures is installed; the .dot file is written instead.
+            OSError: the folder is missing, not writable or full.
+        """
+        written: Path = import_object("ltlc.formats:write", "the writer of files")(self, path)
+        return written
+
+    def _text(self, name: str) -> str:
+        automaton: Any = self
+        return FORMATS[name].write(automaton).decode("utf-8")
+
+    def to_json(self) -> str:
+        """Write the automaton with its annotations as the text of a .json file."""
+        return self._text("json")
+
+    def to_hoa(self) -> str:
+        """Write the automaton in the Hanoi Omega-Automata format, version 1."""
+        return self._text("hoa")
+
+    def to_dot(self) -> str:
+        """Draw the picture as Graphviz source."""
+        return self._text("dot")
+
+    def to_mermaid(self) -> str:
+        """Draw the picture as a Mermaid state diagram, for Markdown pages."""
+        return self._text("mermaid")
+
+    def to_svg(self) -> str:
+        """Draw the picture.
+
+        Raises:
+            MissingProgramError: nothing that draws is installed.
+        """
+        return self._text("svg")
+
+    def _repr_svg_(self) -> str | None:
+        """The picture for a notebook, or None where nothing that draws is installed or there is too much to see."""
+        try:
+            return self.to_svg() if self.n_states <= NOTEBOOK_STATES else None
+        except MissingProgramError:
+            return None
+
+    @property
+    def size(self) -> str:
+        """Size and kind for a reader, e.g. "5 states, 1 pair, state-based"."""
+        states = "1 state" if self.n_states == 1 else f"{self.n_states} states"
+        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
+        return f"{states}, {pairs}, {self.acceptance}-based"
+
+    def __repr__(self) -> str:
+        formula = self.formula or "an unnamed language"
+        return f"<DRA of {formula if len(formula) <= 80 else formula[:77] + '...'}: {self.size}>"
