@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import io
-import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
-from ltlc.atomic import atomic_write
 from ltlc.automata import RabinAutomaton
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, StateLimitExceeded
@@ -280,64 +276,3 @@ def _nearer(task: Task) -> Iterator[Candidate]:
 
 
 _DEFAULT_MODES: tuple[OnDeadlock | None, OnTermination] = (None, "repeat")
-
-
-def draw(path: str | os.PathLike[str], report: FaithfulnessReport, *, subtitle: str = "") -> None:
-    """Draw a report as bars, one per scheme, with the maximum as a line.
-
-    Raises:
-        InvalidArgumentError: the suffix is not .png, .svg or .pdf.
-        OSError: the file cannot be written.
-    """
-    target = Path(path)
-    if target.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise InvalidArgumentError(f"{target}: the suffix must be .png, .svg or .pdf")
-    from matplotlib.figure import Figure
-
-    rows = report.rows[::-1]
-    figure = Figure(figsize=(8, 1.3 + 0.32 * len(rows)), layout="constrained")
-    axes = figure.add_subplot()
-    for y, row in enumerate(rows):
-        if row.satisfaction is None:
-            axes.text(0.01, y, row.problem or "", va="center", color=_GREY, size=8, style="italic")
-            continue
-        axes.barh(y, row.satisfaction, height=0.62, color=_colour(row.gap or 0.0))
-        if not row.faithful:
-            axes.text(1.02, y, f"loses {row.gap:.2g}", va="center", size=8)
-        inside = row.satisfaction > 0.85
-        axes.text(
-            row.satisfaction + (-0.01 if inside else 0.01),
-            y,
-            f"{row.satisfaction:.4f}".rstrip("0").rstrip("."),
-            va="center",
-            ha="right" if inside else "left",
-            color="white" if inside else "black",
-            size=8,
-        )
-    axes.axvline(report.maximum, color="black", linewidth=1, linestyle=(0, (4, 3)))
-    possible = f"possible: {figure_text(report.maximum, (report.lower, report.upper))}"
-    axes.text(report.maximum, len(rows) - 0.35, possible, ha="center", va="bottom", size=8)
-    axes.set_yticks(range(len(rows)), [row.name for row in rows])
-    axes.set_xlim(0, 1.15)
-    axes.set_xticks([0, 0.2, 0.4, 0.6, 0.8, 1])
-    axes.set_ylim(-0.6, len(rows) - 0.4)
-    axes.set_xlabel("probability that the optimal policy of the scheme satisfies the formula")
-    axes.spines[["top", "right", "left"]].set_visible(False)
-    axes.tick_params(axis="y", length=0)
-    title = report.formula or "an automaton without a formula"
-    figure.suptitle(f"{title}\n{subtitle}" if subtitle else title, size=10)
-    content = io.BytesIO()
-    figure.savefig(content, format=target.suffix[1:].lower(), dpi=150, metadata=_undated(target))
-    atomic_write(target, content.getvalue())
-
-
-def _undated(target: Path) -> dict[str, None]:
-    """Metadata that keep the time out of the file."""
-    return {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(target.suffix.lower(), {})
-
-
-def _colour(gap: float) -> str:
-    return "#2a7f62" if gap <= FAITHFUL_GAP else "#d99a2b" if gap <= 0.01 else "#c44536"
-
-
-_GREY = "#777777"

@@ -24,9 +24,9 @@ from ltlc.errors import RewardWarning
 from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
 from ltlc.pictures.curves import Curve, draw_curves
+from ltlc.pictures.policy import draw_policy
 
 from ..double_dqn.config import DQNConfig
-from ..pictures import board_of, draw_policy
 from ..registry import DOUBLE_DQN
 from ..training.progress import Progress
 from ..training.report import Report, tabular_policy
@@ -197,7 +197,7 @@ class _Watch:
 def draw_learned(path: str | os.PathLike[str], outcome: Outcome, *, title: str) -> Path:
     """The learned policy on the map, a panel per automaton state (thesis, figures 5.2 and 5.3)."""
     run, verdict = outcome.run, outcome.verdict
-    board = board_of(run.config.setting.single)
+    board = run.config.setting.board
     agent = run.load()
     assert board is not None
     return draw_policy(

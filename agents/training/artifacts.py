@@ -12,10 +12,10 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
 from ltlc.mdp import Judge, expected_return_within
 from ltlc.pictures.curves import Curve, draw_curves
+from ltlc.pictures.policy import draw_policy
 from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
 
 from ..agent import Agent
-from ..pictures import board_of, draw_policy
 from .report import Report, report, tabular_policy
 from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
 
@@ -100,7 +100,7 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
 
 
 def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | None:
-    board = board_of(run.config.setting.single)
+    board = run.config.setting.board
     if board is None or judge is None:
         return None
     policy = tabular_policy(agent, judge.rewards.mdp)

@@ -106,6 +106,6 @@ def _print(report: FaithfulnessReport, env: str) -> None:
 
 
 def _draw(path: Path, report: FaithfulnessReport, env: str) -> None:
-    from ltlc.faithful import draw
+    from ltlc.pictures.faithfulness import draw_faithfulness
 
-    draw(path, report, subtitle=f"in {env}")
+    draw_faithfulness(path, report, subtitle=f"in {env}")

@@ -167,7 +167,8 @@ _FIGURES = {
 def _compare_runtime(folder: Path, seeds: int | None, quick: bool, json_: bool) -> int:
     """Run the comparison of tables 5.1 and 5.2, print them and draw it; the exit code."""
     from ltlc.agents.thesis.runtime import REGRET, runtime_comparison
-    from ltlc.agents.thesis.runtime_picture import draw_runtime
+    from ltlc.envs import recorded_automaton
+    from ltlc.pictures.runtime import draw_runtime
 
     folder.mkdir(parents=True, exist_ok=True)
     chosen = None if seeds is None else tuple(range(seeds))
@@ -182,7 +183,8 @@ def _compare_runtime(folder: Path, seeds: int | None, quick: bool, json_: bool) 
         rows = runtime_comparison(quick=quick, seeds=chosen, progress=show)
     except KeyboardInterrupt:
         return complain("interrupted before the tables were complete", code=130)
-    drawn = draw_runtime(folder / "runtime.png", rows)
+    formulas = {row.formula: recorded_automaton(row.formula).formula or row.formula for row in rows}
+    drawn = draw_runtime(folder / "runtime.png", rows, formulas=formulas, regret=REGRET)
     if json_:
         print(json.dumps([row.to_dict() for row in rows], indent=2))
         return 0
@@ -204,7 +206,7 @@ def _case(row: RuntimeRow) -> str:
 
 def _print_times(rows: Sequence[RuntimeRow]) -> None:
     """Table 5.1: ours in seconds, the thesis' in hours."""
-    from ltlc.agents.thesis.runtime_picture import seconds_text
+    from ltlc.pictures.runtime import seconds_text
 
     def ours(row: RuntimeRow) -> str:
         time = seconds_text(row.seconds)

@@ -124,14 +124,14 @@ def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
 
 
 def _draw(path: Path, place: EnvSpec, task: Task, judge: Judge, reward: str) -> None:
-    from ltlc.agents import pictures
+    from ltlc.pictures.policy import draw_policy
 
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InvalidArgumentError(f"{path}: the suffix must be .png, .svg or .pdf")
-    board = pictures.board_of(place.single)
+    board = place.board
     if board is None or judge.optimal_policy is None:
         raise InvalidArgumentError(f"{place.env} has no map to draw a policy on; leave -o out")
-    pictures.draw_policy(
+    draw_policy(
         path,
         board,
         judge.optimal_policy,

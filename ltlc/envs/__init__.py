@@ -6,9 +6,10 @@ Importing this package registers the grid worlds with Gymnasium: `gymnasium.make
 from ltlc.envs.grid import GridWorld, VectorGridWorld
 from ltlc.envs.grid_map import HOLD, GridMap, grid_map
 from ltlc.envs.labels import LABELLERS, LabelFunction, register_labeller
+from ltlc.envs.protocol import MappedEnv, ModelledEnv
 from ltlc.envs.recorded import RECORDED, recorded_automaton
 from ltlc.envs.registration import register_envs
-from ltlc.envs.tabular import labelled_mdp
+from ltlc.envs.tabular import board_of, labelled_mdp
 from ltlc.envs.thesis import thesis_map, thesis_vector_world, thesis_world
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
 from ltlc.envs.wrapper import LTLWrapper
@@ -22,7 +23,10 @@ __all__ = [
     "LTLVectorWrapper",
     "LTLWrapper",
     "LabelFunction",
+    "MappedEnv",
+    "ModelledEnv",
     "VectorGridWorld",
+    "board_of",
     "grid_map",
     "labelled_mdp",
     "recorded_automaton",

@@ -12,8 +12,11 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from ltlc.board import Board
 from ltlc.envs.grid_map import GridMap, Labels, Miss, Slip, StepSampler, grid_map
+from ltlc.envs.grid_model import grid_board, grid_model
 from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.mdp import LabelledMDP
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
@@ -113,11 +116,19 @@ class GridWorld(gym.Env[Any, Any]):
         if self.render_mode is None:
             gym.logger.warn("render() needs a render mode: GridWorld(..., render_mode='ansi' or 'rgb_array')")
             return None
-        from ltlc.envs import picture  # late: it loads matplotlib
+        from ltlc.pictures.grid import as_pixels, as_text
 
         if self.render_mode == "ansi":
-            return picture.as_text(self.layout, self._cell, sorted(self._names[self._letter]))
-        return picture.as_pixels(self.layout, self._cell)
+            return as_text(self.board(), self._cell, sorted(self._names[self._letter]))
+        return as_pixels(self.board(), self._cell)
+
+    def labelled_mdp(self) -> LabelledMDP:
+        """The exact model; states are cells."""
+        return grid_model(self.layout)
+
+    def board(self) -> Board:
+        """The map, to draw policies on."""
+        return grid_board(self.layout)
 
     def _observation(self) -> Any:
         here = self._observe[self._cell]
@@ -268,14 +279,22 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         """One picture per copy, see `GridWorld.render`."""
         if self.render_mode is None:
             return None
-        from ltlc.envs import picture  # late: it loads matplotlib
+        from ltlc.pictures.grid import as_pixels, as_text
 
         if self.render_mode == "ansi":
             return tuple(
-                picture.as_text(self.layout, cell, [p for i, p in enumerate(self.propositions) if letter >> i & 1])
+                as_text(self.board(), cell, [p for i, p in enumerate(self.propositions) if letter >> i & 1])
                 for cell, letter in zip(self._cell.tolist(), self._letter.tolist(), strict=True)
             )
-        return tuple(picture.as_pixels(self.layout, cell) for cell in self._cell.tolist())
+        return tuple(as_pixels(self.board(), cell) for cell in self._cell.tolist())
+
+    def labelled_mdp(self) -> LabelledMDP:
+        """The exact model of one copy."""
+        return grid_model(self.layout)
+
+    def board(self) -> Board:
+        """The map of one copy."""
+        return grid_board(self.layout)
 
     def _observation(self) -> IntArray:
         return self._cell.copy() if self._coordinates is None else self._coordinates[self._cell]

@@ -11,10 +11,11 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
+from ltlc.board import Board
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import SIGNATURES, LabelFunction, LabelSource, Source, described, shown
 from ltlc.envs.registration import register_envs
-from ltlc.envs.tabular import labelled_mdp
+from ltlc.envs.tabular import NO_MODEL, board_of, labelled_mdp, model_of, shows_states, with_labels_of
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
 from ltlc.envs.wrapper import InitialLabel
 from ltlc.errors import InvalidArgumentError, LtlcError, MissingProgramError, UnknownNameError
@@ -90,14 +91,21 @@ class EnvSpec:
         return self._model_of(self.label_source)
 
     @property
+    def board(self) -> Board | None:
+        """The map of the environment, or None where it has none."""
+        return board_of(self.single)
+
+    @property
     def why_no_model(self) -> str:
         """Why there is no exact model, as a message begins."""
-        base = self.single.unwrapped
-        if hasattr(base, "layout"):
-            return f"what holds in the cells of {self.env} is known for the labels of its map only"
-        if getattr(base, "P", None) is not None:
+        own = self._own_model
+        if own is None:
+            return f"the dynamics of {self.env} are not known: {NO_MODEL}"
+        if own.aps:
+            return f"what holds in the states of {self.env} is known for the labels of its own only"
+        if shows_states(self.single, own):
             return f"what holds in the states of {self.env} is not known, because the labels ask for the environment"
-        return f"the dynamics of {self.env} are not known: it is no grid world and has no transition table P"
+        return f"what holds in the states of {self.env} is not known, because its observations are not its states"
 
     @property
     def episode_steps(self) -> int:
@@ -146,12 +154,16 @@ class EnvSpec:
         return gym.registry[name]
 
     def _model_of(self, source: LabelSource) -> LabelledMDP | None:
-        base = self.single.unwrapped
-        if hasattr(base, "layout"):  # a grid world, whose model has the labels of its map
-            return labelled_mdp(self.single) if source is None else None
-        if getattr(base, "P", None) is None or (source is not None and Source(source).arity == len(SIGNATURES)):
+        own = self._own_model
+        if own is None or source is None:
+            return None if own is None else labelled_mdp(self.single)
+        if own.aps or not shows_states(self.single, own) or Source(source).arity == len(SIGNATURES):
             return None  # labels that look at the environment are known where it has been only
-        return labelled_mdp(self.single, source)
+        return with_labels_of(own, source)
+
+    @cached_property
+    def _own_model(self) -> LabelledMDP | None:
+        return model_of(self.single)
 
 
 class _Labelled(gym.Wrapper[Any, Any, Any, Any]):

@@ -1,27 +1,29 @@
-"""Environments whose dynamics are known, as labelled Markov decision processes for the judge."""
+"""Exact models and maps of environments that offer them, with the labels of the task."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from scipy import sparse
+from gymnasium.spaces import Discrete
 
-from ltlc.envs.grid_map import ACTIONS, GridMap
+from ltlc.board import Board
 from ltlc.envs.labels import LabelSource, Source, described, names_of
-from ltlc.errors import InvalidArgumentError
+from ltlc.envs.protocol import MappedEnv, ModelledEnv
+from ltlc.envs.toy_text import adapted
+from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.mdp import LabelledMDP
 
 
 def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
-    """The exact model of a grid world, or of an environment with a transition table `P`.
+    """The exact model of an environment that has one.
 
-    Gymnasium's FrozenLake, Taxi and CliffWalking have such a table. Their terminal states become absorbing: the word
+    That is an environment with the method of `ltlc.envs.protocol.ModelledEnv`, as grid worlds have, or with a
+    transition table `P`, as Gymnasium's FrozenLake, Taxi and CliffWalking have. Terminal states are absorbing: the word
     of an episode goes on with the last label for ever. Limits on the length of episodes are left out.
 
     Args:
         env: the environment, wrapped or not; of an `LTLWrapper` the labels are taken.
-        labels: for an environment with a table: a dict of predicates on the state, or a function of (state) or
+        labels: for a model without propositions: a dict of predicates on the state, or a function of (state) or
             (state, info) (called with an empty info) whose labels are names, or the text `module:name` of either; grid
             worlds bring their own.
 
@@ -35,34 +37,74 @@ def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
         >>> labelled_mdp(lake, {"goal": lambda state: state == 15}).n_states
         16
     """
-    base = env.unwrapped
+    kind = type(env.unwrapped).__name__
+    model = model_of(env)
+    if model is None:
+        raise InvalidArgumentError(f"the dynamics of {kind} are not known: {NO_MODEL}")
     if labels is None:
         labels = _labels_of_wrapper(env)
-    layout = getattr(base, "layout", None)
-    if isinstance(layout, GridMap):
-        return _of_grid(layout)
-    table = getattr(base, "P", None)
-    if table is None:
-        raise InvalidArgumentError(
-            f"the dynamics of {type(base).__name__} are not known: it is no grid world and has no transition table P"
-        )
+    if model.aps or (labels is None and isinstance(env.unwrapped, ModelledEnv)):
+        return model
     if labels is None:
-        raise InvalidArgumentError(f"pass labels=...: the states of {type(base).__name__} carry none")
-    n = len(table)
+        raise InvalidArgumentError(f"pass labels=...: the states of {kind} carry none")
+    if not shows_states(env, model):
+        raise InvalidArgumentError(f"labels are functions of the observation, and that of {kind} is not a state")
+    return with_labels_of(model, labels)
+
+
+def with_labels_of(model: LabelledMDP, labels: LabelSource) -> LabelledMDP:
+    """A model with the labels that each state, taken as an observation, has; see `labelled_mdp`.
+
+    Raises:
+        InvalidArgumentError: the labels look at more than the state, or one is of a wrong type.
+    """
     source = Source(labels)
     if source.arity > 2:
         raise InvalidArgumentError(
             f"labels: {described(source.function)} asks for the environment, so what holds in a state is not known; "
             "the labels of a model are a function of the state"
         )
-    named = [_names(source, state) for state in range(n)]
+    named = [_names(source, state) for state in range(model.n_states)]
     aps = sorted({name for label in named for name in label})
-    start = getattr(base, "initial_state_distrib", None)
-    initial: dict[str, Any] = {}
-    if start is not None:
-        initial = {"initial_state": int(np.argmax(start)), "initial_distribution": np.asarray(start, dtype=np.float64)}
-    holds = [[name for name, here in label.items() if here] for label in named]
-    return LabelledMDP.from_table(table, aps=aps, labels=holds, **initial)
+    return model.with_labels(aps, [[name for name, here in label.items() if here] for label in named])
+
+
+NO_MODEL = "it has neither a method labelled_mdp (as grid worlds have) nor a transition table P"
+"""why an environment has no exact model, as the end of a message."""
+
+
+def model_of(env: Any) -> LabelledMDP | None:
+    """The exact model that an environment itself offers, or None.
+
+    Raises:
+        InvalidArgumentError: its `labelled_mdp()` returns something else.
+    """
+    base = adapted(env.unwrapped)
+    if not isinstance(base, ModelledEnv):
+        return None
+    model = base.labelled_mdp()
+    check_type(model, LabelledMDP, f"{type(base).__name__}.labelled_mdp()", "an ltlc.mdp.LabelledMDP")
+    return model
+
+
+def shows_states(env: Any, model: LabelledMDP) -> bool:
+    """Whether the observations of an environment are the states of its model."""
+    space = env.unwrapped.observation_space
+    return isinstance(space, Discrete) and space.start == 0 and space.n == model.n_states
+
+
+def board_of(env: Any) -> Board | None:
+    """The map of an environment, or None where it has none.
+
+    Raises:
+        InvalidArgumentError: its `board()` returns something else.
+    """
+    base = adapted(env.unwrapped)
+    if not isinstance(base, MappedEnv):
+        return None
+    board = base.board()
+    check_type(board, Board, f"{type(base).__name__}.board()", "an ltlc.board.Board")
+    return board
 
 
 def _labels_of_wrapper(env: Any) -> LabelSource:
@@ -77,24 +119,3 @@ def _labels_of_wrapper(env: Any) -> LabelSource:
 def _names(source: Source, state: int) -> dict[str, bool]:
     arguments: tuple[Any, ...] = (state, {})[: source.arity]
     return {**dict.fromkeys(source.propositions or (), False), **names_of(source.function(*arguments))}
-
-
-def _of_grid(layout: GridMap) -> LabelledMDP:
-    n = layout.n_cells
-    transitions = []
-    for action in range(layout.n_actions):
-        moves = [(cell, *move) for cell in range(n) for move in layout.move_probability(cell, action).items()]
-        source, target, probability = (np.array(column) for column in zip(*moves, strict=True))
-        transitions.append(sparse.csr_array((probability, (source, target)), shape=(n, n)))
-    shown = [(cell, letter, p) for cell, label in enumerate(layout.cell_labels) for letter, p in label]
-    cells, drawn, probability = (np.array(column) for column in zip(*shown, strict=True))
-    letters, column = np.unique(drawn, return_inverse=True)
-    return LabelledMDP(
-        aps=layout.propositions,
-        transitions=tuple(transitions),
-        letters=letters,
-        label_probability=sparse.csr_array((probability, (cells, column)), shape=(n, len(letters))),
-        initial_state=layout.start,
-        state_names=tuple(f"({row}, {column})" for row, column in layout.coordinates.tolist()),
-        action_names=ACTIONS[: layout.n_actions],
-    )

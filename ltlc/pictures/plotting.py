@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 INK, FAINT, PAPER, RULE = "#2b2a28", "#8d8982", "#ffffff", "#dedad2"
 WALL, ARROW, NEVER = "#56545a", "#1f4e79", "#f1efea"
-TINTS = ("#f2c57c", "#9fc7a5", "#e59a8c", "#a9b8de", "#d6a9d0", "#8fc7cf", "#cfcf8a", "#c9b199")
 LINES = ("#1f5a94", "#c8553d", "#4f8a4c", "#8a5aa8")
 
 

@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 
 from ltlc.agents import DoubleDQN
-from ltlc.agents.pictures import waits_for
 from ltlc.agents.tabular import LEARNERS
 from ltlc.agents.thesis import runtime
 from ltlc.agents.training.run_folder import RunConfig, RunFolder, default_folder
@@ -27,6 +26,7 @@ from ltlc.envs import recorded_automaton
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import UnknownNameError
 from ltlc.mdp import Judge
+from ltlc.pictures.policy import waits_for
 from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
@@ -390,7 +390,7 @@ class TestSolve:
 
     @pytest.mark.parametrize(("env", "labels", "message"), [
         ("FrozenLake-v1", "sensors.py:looks", "not known, because the labels ask for the environment"),
-        ("ltlc/Grid-v0", "sensors.py:labels", "known for the labels of its map only"),
+        ("ltlc/Grid-v0", "sensors.py:labels", "known for the labels of its own only"),
     ])  # fmt: skip
     def test_labels_that_are_not_those_of_a_model(
         self, env: str, labels: str, message: str, capsys: pytest.CaptureFixture[str]

@@ -32,16 +32,16 @@ FLOORS = {
     "translate": 4,
     "prism": 4,
     "compiler": 5,
+    "pictures": 5,
     "diagnosis": 6,
     "faithful": 6,
     "envs": 6,
-    "pictures": 6,
     "agents": 7,
     "cli": 8,
 }
 
 # Modules that stand by themselves and make one part.
-SAME_PART = dict.fromkeys(("atomic", "budget", "errors", "graph", "registry", "version"), "foundation")
+SAME_PART = dict.fromkeys(("atomic", "board", "budget", "errors", "graph", "registry", "version"), "foundation")
 SAME_PART |= dict.fromkeys(("many", "task"), "compiler")
 
 THIRD_PARTY = {
@@ -57,10 +57,10 @@ THIRD_PARTY = {
     "prism": {"numpy", "scipy"},
     "compiler": {"numpy"},
     "diagnosis": {"numpy"},
-    "faithful": {"numpy", "matplotlib"},
-    "envs": {"numpy", "scipy", "gymnasium", "matplotlib"},
+    "faithful": {"numpy"},
+    "envs": {"numpy", "scipy", "gymnasium"},
     "pictures": {"numpy", "matplotlib"},
-    "agents": {"numpy", "scipy", "gymnasium", "matplotlib", "torch"},
+    "agents": {"numpy", "scipy", "gymnasium", "torch"},
     "cli": {"typer", "rich"},
     "__init__": set(),
     "__main__": set(),

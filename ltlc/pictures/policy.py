@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata import RabinAutomaton, guard_text
-from ltlc.envs.grid_map import ACTIONS, GridMap
-from ltlc.pictures.plotting import ARROW, FAINT, INK, LINES, NEVER, PAPER, RULE, TINTS, WALL, blank, saved
+from ltlc.board import DIRECTIONS, Board
+from ltlc.errors import InvalidArgumentError
+from ltlc.pictures.plotting import ARROW, FAINT, INK, LINES, NEVER, PAPER, RULE, WALL, blank, saved
 from ltlc.rewards import RewardTables
 
 if TYPE_CHECKING:
@@ -23,70 +23,7 @@ if TYPE_CHECKING:
 IntArray = npt.NDArray[np.integer[Any]]
 BoolArray = npt.NDArray[np.bool_]
 
-_LAKE = {"H": TINTS[3], "G": TINTS[1]}
 MAX_PANELS = 16
-_DIRECTIONS = {"UP": (0, -1), "RIGHT": (1, 0), "DOWN": (0, 1), "LEFT": (-1, 0), "NONE": (0, 0)}
-
-
-@dataclass(frozen=True)
-class Board:
-    """A map to draw on: the states of an environment are its cells, row by row."""
-
-    text: tuple[str, ...]
-    """a string per row: `.` free, `#` wall, any other character a marked cell."""
-    start: int
-    """cell."""
-    actions: tuple[str, ...]
-    """what each action does: UP, RIGHT, DOWN, LEFT or NONE."""
-    meaning: Mapping[str, str]
-    """what each character stands for."""
-    final: frozenset[int] = frozenset()
-    """cells where the environment ends the episode."""
-    colours: Mapping[str, str] = field(default_factory=dict)
-    """of some characters; the others get one each."""
-
-    @property
-    def columns(self) -> int:
-        """Width in cells."""
-        return len(self.text[0])
-
-    @property
-    def cells(self) -> str:
-        """All characters, row by row."""
-        return "".join(self.text)
-
-
-def board_of(env: Any) -> Board | None:
-    """The map of an environment: of a grid world, or of Gymnasium's FrozenLake; None for others."""
-    base = env.unwrapped
-    layout = getattr(base, "layout", None)
-    if isinstance(layout, GridMap):
-        return Board(layout.text, layout.start, ACTIONS[: layout.n_actions], _meaning_of(layout))
-    description = getattr(base, "desc", None)
-    if isinstance(description, np.ndarray) and description.ndim == 2 and type(base).__name__ == "FrozenLakeEnv":
-        text = tuple("".join(cell.decode() for cell in row).replace("F", ".") for row in description)
-        flat = "".join(text)
-        start = flat.index("S")
-        final = frozenset(i for i, character in enumerate(flat) if character in "HG")
-        rows = tuple(row.replace("S", ".") for row in text)
-        return Board(rows, start, ("LEFT", "DOWN", "RIGHT", "UP"), {"H": "hole", "G": "goal"}, final, _LAKE)
-    return None
-
-
-def _meaning_of(layout: GridMap) -> dict[str, str]:
-    """What the marked cells of a grid world show, with probabilities where they are not 1."""
-    meaning = {}
-    for cell, character in enumerate("".join(layout.text)):
-        if character in ".#" or character in meaning:
-            continue
-        shown = [
-            " ".join(name for i, name in enumerate(layout.propositions) if letter >> i & 1)
-            + (f" with probability {p:.2g}" if p < 1 else "")
-            for letter, p in layout.cell_labels[cell]
-            if letter
-        ]
-        meaning[character] = " or ".join(shown) or "nothing"
-    return meaning
 
 
 def draw_policy(
@@ -112,18 +49,23 @@ def draw_policy(
         title: the heading.
         subtitle: a line below it.
         reached: cells and states that can be visited at all, same shape; the others are drawn grey. None: all.
-
         classes: letter classes that can occur on the map; None: all.
 
     Returns:
         The path that was written.
+
+    Raises:
+        InvalidArgumentError: the board has not one cell for each state of the policy, or not one action for each.
+        OSError: the file cannot be written.
     """
+    if len(board.cells) != len(policy):
+        raise InvalidArgumentError(f"a board of {len(board.cells)} cells cannot show a policy on {len(policy)} states")
     waiting = waits_for(automaton, np.arange(automaton.n_classes) if classes is None else classes)
     seen = np.ones(policy.shape, dtype=np.bool_) if reached is None else reached
     states = [q for q in range(policy.shape[1]) if seen[:, q].any()][:MAX_PANELS]
     n_columns = min(len(states), 4 if len(states) > 6 or len(states) == 4 else 3)
     n_rows = -(-len(states) // n_columns)
-    rows, columns = len(board.text), board.columns
+    rows, columns = board.rows, board.columns
     cell = 0.34 if max(rows, columns) > 6 else 0.56
     width, height = columns * cell, rows * cell
     above, below, gap, panel_title = 0.8 if subtitle else 0.55, 0.75, 0.3, 0.48
@@ -195,10 +137,10 @@ def _restricted(automaton: RabinAutomaton, classes: IntArray) -> RabinAutomaton:
 def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: float) -> None:
     from matplotlib.patches import FancyArrowPatch, Rectangle
 
-    rows, columns = len(board.text), board.columns
+    rows, columns = board.rows, board.columns
     axes.set(xlim=(-0.02, columns + 0.02), ylim=(rows + 0.02, -0.02), aspect="equal")
     axes.axis("off")
-    tint = tints(board)
+    tint = board.tints
     for cell, character in enumerate(board.cells):
         row, column = divmod(cell, columns)
         face = WALL if character == "#" else tint.get(character, PAPER if seen[cell] else NEVER)
@@ -212,7 +154,7 @@ def _panel(axes: Axes, board: Board, actions: IntArray, seen: BoolArray, size: f
             )
         if not seen[cell] or cell in board.final:
             continue
-        dx, dy = _DIRECTIONS[board.actions[int(actions[cell]) % len(board.actions)]]  # whatever pair it chooses
+        dx, dy = DIRECTIONS[board.actions[int(actions[cell]) % len(board.actions)]]  # whatever pair it chooses
         x, y = column + (0.58 if marked else 0.5), row + (0.58 if marked else 0.5)
         if dx == dy == 0:
             axes.plot(x, y, "o", color=ARROW, markersize=size * 9, zorder=3)
@@ -248,7 +190,7 @@ def _legend(figure: Figure, board: Board, left: float, size: tuple[float, float]
             Patch(facecolor=colour, edgecolor=RULE),
             meaning if meaning.startswith(character) else f"{character}: {meaning}",
         )
-        for character, colour in tints(board).items()
+        for character, colour in board.tints.items()
         for meaning in [board.meaning.get(character, character)]
     ]
     entries.append((Patch(facecolor=PAPER, edgecolor=LINES[1], linewidth=1.5), "start"))
@@ -274,12 +216,6 @@ def _legend(figure: Figure, board: Board, left: float, size: tuple[float, float]
         columnspacing=1.4,
         borderpad=0,
     )
-
-
-def tints(board: Board) -> dict[str, str]:
-    """A colour for each marked character, in order of the characters."""
-    characters = sorted(set(board.cells) - {".", "#"})
-    return {c: board.colours.get(c, TINTS[i % len(TINTS)]) for i, c in enumerate(characters)}
 
 
 def _shortened(text: str, limit: int) -> str:

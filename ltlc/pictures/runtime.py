@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from ltlc.envs import recorded_automaton
 from ltlc.pictures.plotting import FAINT, INK, LINES, RULE, blank, saved
-
-from .runtime import REGRET, RuntimeRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,12 +17,65 @@ _OURS, _THESIS = LINES[0], LINES[1]
 _HOUR = 3600.0
 
 
-def draw_runtime(path: str | os.PathLike[str], rows: Sequence[RuntimeRow]) -> Path:
+class TimedRow(Protocol):
+    """What is drawn of one system in one world with one formula."""
+
+    @property
+    def world(self) -> str:
+        """Where it ran."""
+        ...
+
+    @property
+    def formula(self) -> str:
+        """Name of the formula."""
+        ...
+
+    @property
+    def system(self) -> str:
+        """What learned."""
+        ...
+
+    @property
+    def runs(self) -> int:
+        """How often it was run."""
+        ...
+
+    @property
+    def reached(self) -> int:
+        """How many runs became good."""
+        ...
+
+    @property
+    def seconds(self) -> float:
+        """Median time of learning."""
+        ...
+
+    @property
+    def fastest(self) -> float:
+        """Time of the fastest run."""
+        ...
+
+    @property
+    def slowest(self) -> float:
+        """Time of the slowest run."""
+        ...
+
+    @property
+    def thesis_hours(self) -> str | None:
+        """Hours in the thesis; None: not in its table."""
+        ...
+
+
+def draw_runtime(
+    path: str | os.PathLike[str], rows: Sequence[TimedRow], *, formulas: Mapping[str, str], regret: float
+) -> Path:
     """Draw seconds until a good policy on a logarithmic axis, beside the hours of the thesis.
 
     Args:
         path: a .png, .svg or .pdf file.
-        rows: of `runtime_comparison`.
+        rows: one for each system, world and formula.
+        formulas: the text of each formula by its name.
+        regret: what a good policy may lose, as a part of the optimum.
 
     Returns:
         The path that was written.
@@ -43,12 +93,12 @@ def draw_runtime(path: str | os.PathLike[str], rows: Sequence[RuntimeRow]) -> Pa
         bottom = height - above - (line + 1) * panel + 0.18
         box = (left + column * (width + 0.055), bottom / height, width, (panel - 0.5) / height)
         axes = figure.add_axes(box)
-        _panel(axes, [row for row in rows if (row.world, row.formula) == case], systems)
+        _panel(axes, [row for row in rows if (row.world, row.formula) == case], systems, formulas[case[1]])
         if column:
             axes.set_yticklabels([])
         if line < lines - 1 and i + columns < len(cases):
             axes.set_xticklabels([])
-    title = f"Time until a policy is within {100 * REGRET:g} % of the optimum"
+    title = f"Time until a policy is within {100 * regret:g} % of the optimum"
     figure.text(0.02, 1 - 0.3 / height, title, fontsize=13, fontweight="bold", color=INK, va="center")
     figure.legend(
         handles=_handles(rows),
@@ -64,7 +114,7 @@ def draw_runtime(path: str | os.PathLike[str], rows: Sequence[RuntimeRow]) -> Pa
     return saved(figure, path)
 
 
-def _panel(axes: Axes, rows: Sequence[RuntimeRow], systems: Sequence[str]) -> None:
+def _panel(axes: Axes, rows: Sequence[TimedRow], systems: Sequence[str], formula: str) -> None:
     axes.set_xscale("log")
     axes.set_xlim(0.01, 3.6e5)
     axes.set_ylim(len(systems) - 0.4, -0.6)
@@ -77,7 +127,6 @@ def _panel(axes: Axes, rows: Sequence[RuntimeRow], systems: Sequence[str]) -> No
     for spine in axes.spines.values():
         spine.set_visible(False)
     first = rows[0]
-    formula = recorded_automaton(first.formula).formula
     title = f"{first.world.replace('x', ' x ')}   {formula}"
     axes.set_title(title, loc="left", fontsize=9, color=INK, pad=5)
     for row in rows:
@@ -100,7 +149,7 @@ def _thesis(axes: Axes, hours: str, y: int) -> None:
     axes.text(x / 1.6, y, f"{hours} h", fontsize=8, color=_THESIS, va="center", ha="right")
 
 
-def _handles(rows: Sequence[RuntimeRow]) -> list[object]:
+def _handles(rows: Sequence[TimedRow]) -> list[object]:
     from matplotlib.lines import Line2D
 
     def mark(marker: str, color: str, label: str, size: float, face: str | None = None) -> Line2D:

@@ -1,0 +1,45 @@
+"""What an environment may offer beyond Gymnasium's interface: an exact model, and a map to draw policies on.
+
+An environment with the method `labelled_mdp` gets exact verdicts, and one with `board` pictures of policies, from
+`ltlc solve`, `train` and `evaluate` as from the library. Wrappers are looked through: the methods belong to the
+environment itself (`env.unwrapped`).
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from ltlc.board import Board
+from ltlc.mdp import LabelledMDP
+
+
+@runtime_checkable
+class ModelledEnv(Protocol):
+    """An environment that knows its own dynamics.
+
+    Example:
+        >>> import gymnasium
+        >>> class Switch(gymnasium.Env):
+        ...     observation_space, action_space = gymnasium.spaces.Discrete(2), gymnasium.spaces.Discrete(1)
+        ...     def labelled_mdp(self):
+        ...         return LabelledMDP.from_arrays([[[0.5, 0.5], [0, 1]]], aps=["on"], labels=[[], ["on"]])
+        >>> isinstance(Switch(), ModelledEnv)
+        True
+    """
+
+    def labelled_mdp(self) -> LabelledMDP:
+        """The exact model: state i is what observation i shows, time limits left out.
+
+        A model without propositions takes the labels that are given with the environment; one with propositions labels
+        itself.
+        """
+        ...
+
+
+@runtime_checkable
+class MappedEnv(Protocol):
+    """An environment whose states are cells of a map."""
+
+    def board(self) -> Board:
+        """The map; cell i is state i of the model."""
+        ...
