@@ -61,10 +61,11 @@ def _entry(name: str, part: Any) -> AgentEntry:
     if isinstance(part, AgentEntry):
         return part
     config_type = getattr(part, "config_type", None)
-    if not isinstance(part, type) or not isinstance(config_type, type) or not issubclass(config_type, AgentConfig):
+    named = isinstance(part, type) and isinstance(getattr(part, "name", None), str)
+    if not named or not isinstance(config_type, type) or not issubclass(config_type, AgentConfig):
         raise InvalidArgumentError(
             f"{name!r} is no agent, but {part!r}; an agent is a subclass of ltlc.agents.ValueAgent with a "
-            "config_type, or an AgentEntry"
+            "name and a config_type, or an AgentEntry"
         )
     first = (part.__doc__ or "").strip().partition("\n")[0]
     return AgentEntry(first or part.__name__, getattr(part, "citation", ""), config_type(), part)
