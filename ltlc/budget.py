@@ -15,6 +15,8 @@ from enum import IntEnum
 
 from ltlc.errors import StateLimitExceeded, TimeLimitExceeded
 
+MAX_STATES = 100_000
+"""of an automaton, where no other limit is given."""
 MAX_ENTRIES = 1 << 25
 """a table with more entries, over all states and letter classes, counts as too many states."""
 _MOVES_PER_STATE = 20_000

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
-from ltlc.budget import time_limit
+from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, InvalidArgumentError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
 from ltlc.translate import Effort, translate
@@ -27,7 +27,7 @@ class Options(NamedTuple):
     acceptance: Acceptance = "state"
     translator: str = "auto"
     effort: Effort = "default"
-    max_states: int = 100_000
+    max_states: int = MAX_STATES
     timeout: float | None = None
 
     def check(self) -> None:
@@ -55,7 +55,7 @@ def compile(
     acceptance: Acceptance = "state",
     translator: str = "auto",
     effort: Effort = "default",
-    max_states: int = 100_000,
+    max_states: int = MAX_STATES,
     timeout: float | None = None,
     cache: Cache | None = None,
 ) -> DRA:

@@ -13,7 +13,7 @@ from numbers import Integral
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
-from ltlc.budget import time_limit
+from ltlc.budget import MAX_STATES, time_limit
 from ltlc.compiler import DRA, Cache, Options, as_formula, shape_of
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
@@ -32,7 +32,7 @@ def compile_many(
     acceptance: Acceptance = "state",
     translator: str = "auto",
     effort: Effort = "default",
-    max_states: int = 100_000,
+    max_states: int = MAX_STATES,
     timeout: float | None = None,
     workers: int | None = 1,
     cache: Cache | None = None,

@@ -376,8 +376,7 @@ class RunFolder:
         """
         if not (self.path / POLICY_FILE).exists():
             raise InvalidArgumentError(
-                f"{self.path} holds no policy, since its training was cut short or found none; go on with it first: "
-                f"ltlc train --resume --out {self.path}"
+                f"{self.path} holds no policy, since its training was cut short or found none; resume it first"
             )
         agent: Agent = self.entry.agent_class.load(self.path / POLICY_FILE)
         theirs, ours = agent.tables, self.task.tables

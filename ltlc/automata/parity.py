@@ -18,7 +18,7 @@ from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.automata.refinement import Refinement
 from ltlc.automata.transition_based import to_transition_based
-from ltlc.budget import check_time
+from ltlc.budget import MAX_STATES, check_time
 from ltlc.errors import StateLimitExceeded
 
 Colours = dict[Edge, int]
@@ -51,7 +51,7 @@ def parity_colours(automaton: RabinAutomaton) -> IntArray | None:
     return _table(automaton, colours)
 
 
-def to_parity(automaton: RabinAutomaton, *, max_states: int = 100_000) -> Refinement:
+def to_parity(automaton: RabinAutomaton, *, max_states: int = MAX_STATES) -> Refinement:
     """A parity automaton for the same language, written as a chain of Rabin pairs with acceptance on transitions.
 
     Strong components that are of parity type as they are stay as they are. In each other one the state is joined by a

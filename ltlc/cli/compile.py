@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.batch import compile_file
 from ltlc.cli.inputs import formula_text
@@ -44,7 +45,7 @@ def compile_(
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     effort: flags.Effort = "default",
-    max_states: flags.MaxStates = 100_000,
+    max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
 ) -> None:
@@ -66,18 +67,13 @@ def compile_(
       echo "GF a -> GF b" | ltlc compile - --json
     """
     from ltlc.budget import Overtime, overtime, time_limit
-    from ltlc.compiler import compile
+    from ltlc.compiler import Options, compile
     from ltlc.formats import FORMATS
 
+    options = Options(acceptance, translator, effort, max_states, timeout)
+
     def translated(text: str) -> DRA:
-        return compile(
-            text,
-            acceptance=acceptance,
-            translator=translator,
-            effort=effort,
-            max_states=max_states,
-            timeout=timeout,
-        )
+        return compile(text, **options._asdict())
 
     targets = output or (["-"] if form else [])
     if (formula is None) == (formulas is None):

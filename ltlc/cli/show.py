@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.inputs import given_automaton
 from ltlc.cli.outputs import Output, check_targets, write_targets
@@ -19,7 +20,7 @@ def show(
     output: Output = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
-    max_states: flags.MaxStates = 100_000,
+    max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
 ) -> None:
@@ -41,11 +42,12 @@ def show(
     if json_ and "-" in targets:
         raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
     check_targets(targets)
-    Options(timeout=timeout).check()
+    options = Options(acceptance, translator, max_states=max_states, timeout=timeout)
+    options.check()
     with time_limit(source, timeout):
         dra = given_automaton(source)
         if isinstance(dra, str):
-            dra = compile(dra, acceptance=acceptance, translator=translator, max_states=max_states, timeout=timeout)
+            dra = compile(dra, **options._asdict())
         with overtime(Overtime.WRITE):
             write_targets(dra, targets)
             if json_:

@@ -21,7 +21,7 @@ from ltlc.automata.alphabet import truth_table
 from ltlc.automata.emerson_lei import Edge, EmersonLei, localized
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.automata.rabin_pairs import Way, to_rabin
-from ltlc.budget import NO_LIMIT, Budget, check_time
+from ltlc.budget import MAX_STATES, NO_LIMIT, Budget, check_time
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError, StateLimitExceeded
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, guard_classes, letters_of, letters_with
 from ltlc.formats.hoa_acceptance import MAX_CLAUSES, AcceptanceSet, acceptance_of, sets_of
@@ -35,10 +35,8 @@ if TYPE_CHECKING:
     from lark import Token
 
 _ONCE = ("states", "aps", "acceptance", "name")
-_MAX_STATES = 100_000
-"""States of the largest automaton with counters that is built,"""
 _MAX_MARKS = 1 << 24
-"""and entries of its largest table, one for each state, letter class and pair."""
+"""entries of the largest table of an automaton with counters, one for each state, letter class and pair."""
 _NUMBER = re.compile(r"0|[1-9][0-9]*")
 
 
@@ -432,7 +430,7 @@ class _Reader:
             automaton = localized(EmersonLei(edges, conditions))
         else:  # marks stay as they are, on no cycle, too: the states in the file count as one component
             automaton = EmersonLei(edges, conditions, [*[0] * n_states, *[1] * (n_all - n_states)])
-        most = min(_MAX_STATES, _MAX_MARKS // (n_classes * max(1, len(acceptance))))
+        most = min(MAX_STATES, _MAX_MARKS // (n_classes * max(1, len(acceptance))))
         ways: list[Way] = ["smaller", "counters"] if has_counters and on_transitions else ["counters"]
         found: list[RabinAutomaton] = []
         for way in ways:

@@ -13,7 +13,7 @@ from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.rabin_pairs import to_rabin
-from ltlc.budget import Budget, Overtime, check_time, has_time, overtime, time_limit
+from ltlc.budget import MAX_STATES, Budget, Overtime, check_time, has_time, overtime, time_limit
 from ltlc.errors import (
     DepthLimitExceeded,
     InvalidArgumentError,
@@ -80,7 +80,7 @@ def translate(
     translator: str = "auto",
     acceptance: Acceptance = "state",
     effort: Effort = "default",
-    max_states: int = 100_000,
+    max_states: int = MAX_STATES,
     timeout: float | None = None,
     text: str | None = None,
 ) -> RabinAutomaton:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import graphlib
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -165,6 +166,18 @@ def test_agents_are_imported_late() -> None:
 def test_the_command_line_imports_by_statements() -> None:
     # What is imported by name has no types.
     assert not [name for name, path in sources().items() if part(name) == "cli" and "import_module" in path.read_text()]
+
+
+def test_texts_of_the_library_name_no_options_of_the_command_line() -> None:
+    option = re.compile(r"\s--[a-z]|^--[a-z].*\s")
+    breaches = [
+        f"{name}:{node.lineno}: {node.value:.60}"
+        for name, path in sources().items()
+        if part(name) != "cli"
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and option.search(node.value)
+    ]
+    assert not breaches
 
 
 def test_third_party_stays_on_its_floor() -> None:
