@@ -16,6 +16,8 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
     Letter classes that no reachable state tells apart are merged, and numbered by their first letter. Propositions,
     pairs and their order stay. Two automata that differ in numbering alone get equal arrays.
     """
+    if "canonical" in automaton.facts:
+        return automaton
     by_first_letter: list[int] = np.argsort(automaton.alphabet.first_letter, kind="stable").tolist()
     rows = [[row[c] for c in by_first_letter] for row in automaton.rows]
     order = [automaton.initial_state]
@@ -37,6 +39,7 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
     merged = [columns.setdefault(column, len(columns)) for column in zip(*told_apart_by, strict=True)]
     in_order = order == list(range(automaton.n_states))
     if in_order and len(columns) == automaton.n_classes and by_first_letter == merged:
+        automaton.facts.add("canonical")
         return automaton
     kept = [merged.index(column) for column in range(len(columns))]
     fin, inf = automaton.fin[:, order], automaton.inf[:, order]
@@ -46,7 +49,7 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
     merged_class = np.empty(automaton.n_classes, dtype=np.int32)
     merged_class[by_first_letter] = merged
     names = automaton.state_names
-    return replace(
+    result = replace(
         automaton,
         delta=np.array(delta, dtype=np.int32)[:, kept],
         letter_class=merged_class[automaton.letter_class],
@@ -55,3 +58,5 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
         initial_state=0,
         state_names=None if names is None else tuple(names[state] for state in order),
     ).keeping_languages(automaton, order)
+    result.facts.add("canonical")
+    return result

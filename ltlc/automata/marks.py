@@ -36,6 +36,8 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
         S. C. Krishnan, A. Puri, R. K. Brayton, Deterministic omega-automata vis-a-vis deterministic Buchi automata,
         ISAAC 1994, doi 10.1007/3-540-58325-4_202, for the Buchi type; the same idea is used here for one Rabin pair.
     """
+    if "simple marks" in automaton.facts:
+        return automaton
     chosen = [(c.nodes, c.pairs()) for c in components(automaton)]
     n_pairs = max([1, *(len(pairs) for _, pairs in chosen)])
     fin = np.zeros((n_pairs, *automaton.fin.shape[1:]), dtype=np.bool_)
@@ -51,7 +53,12 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
                 check_time()
                 for q in nodes if edges else ():
                     table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
-    return replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
+    if np.array_equal(fin, automaton.fin) and np.array_equal(inf, automaton.inf):
+        result = automaton
+    else:
+        result = replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
+    result.facts.add("simple marks")
+    return result
 
 
 def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:

@@ -7,7 +7,7 @@ share a *letter class*, and the tables are indexed by class: `delta[state, lette
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Integral
 from typing import Literal, NamedTuple, Self
@@ -75,6 +75,8 @@ class RabinAutomaton(Output):
     """one name per state, or None; for readers only."""
     translator: str | None = None
     """the construction that built it, or None."""
+    facts: set[str] = field(default_factory=set, init=False, repr=False)
+    """normal forms that this automaton is known to have, so that they are not made again; `replace` forgets them."""
 
     def __post_init__(self) -> None:
         n_aps = len(self.aps)

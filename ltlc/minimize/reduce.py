@@ -40,6 +40,8 @@ def settled(automaton: RabinAutomaton) -> RabinAutomaton:
 
     One deadlock and one accepting sink remain at most. Where the time of the call is over, what is left is left out.
     """
+    if "normalized" in automaton.facts:
+        return automaton
     result = automaton
     with suppress(TimeLimitExceeded):
         result = numbered = canonical(automaton)
@@ -51,6 +53,7 @@ def settled(automaton: RabinAutomaton) -> RabinAutomaton:
             result = canonical(merged)
             result = simplify_marks(result)
         result = canonical(result)
+        result.facts.add("normalized")
     return result
 
 

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from random_automata import random_automata, random_automaton, short_lassos
 
-from ltlc.automata import ComponentKind, RabinAutomaton, canonical
+from ltlc.automata import ComponentKind, RabinAutomaton, canonical, equivalent, simplify_marks
 from ltlc.automata.acceptance import Acceptance, Clause, conjunction, disjunction, holds, negation
 from ltlc.automata.emptiness import accepting_nodes, accepting_walk
 from ltlc.errors import InvalidAutomatonError
+from ltlc.minimize.reduce import settled
 
 
 def eventually_a_always_after() -> RabinAutomaton:
@@ -165,3 +166,14 @@ def test_canonical_drops_and_merges() -> None:
 def test_letter_classes_are_checked() -> None:
     with pytest.raises(InvalidAutomatonError, match="letter classes"):
         RabinAutomaton(("a",), np.zeros((1, 2)), np.array([0, 0]), np.zeros((1, 1)), np.zeros((1, 1)))
+
+
+def test_normal_forms_are_made_once() -> None:
+    """What is known of an automaton is not worked out again, and is not believed of what is made from it."""
+    for automaton in random_automata(30):
+        for form in (canonical, simplify_marks, settled):
+            once = form(automaton)
+            assert form(once) is once
+            assert not replace(once).facts
+            again = form(replace(once))
+            assert equivalent(again, automaton) and again.n_states <= once.n_states
