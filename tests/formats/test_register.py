@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -57,6 +58,13 @@ def test_every_format_says_what_it_is(name: str) -> None:
         text = form.write(automaton).decode("utf-8")
         assert text.startswith(form.begins)
         assert form.write(form.read(text)).decode("utf-8") == text
+
+
+def test_the_manual_has_every_suffix_and_says_what_is_read_back() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1:4] for line in text.splitlines() if line.startswith("| `.")]
+    told = {suffix: back.strip() == "yes" for which, _, back in rows for suffix in re.findall(r"`(\.\w+)`", which)}
+    assert told == {suffix: form.reader is not None for form in FORMATS.values() for suffix in form.suffixes}
 
 
 @pytest.mark.parametrize("suffixes", [(".hoa",), ("hoa",), (".HOAX",), (".",), (), ".hoax"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 from ltlc import registry
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.registry import Registry, import_object
+from ltlc.registry import Registry, import_object, import_plugins
 
 
 def numbers() -> Registry[int]:
@@ -104,3 +105,15 @@ def test_what_cannot_be_imported(
     Path("odd.py").write_text(source + "\n")
     with pytest.raises(InvalidArgumentError, match=message):
         import_object(text, "part")
+
+
+def test_modules_that_the_environment_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("plugin_one", "plugin_two"):
+        Path(f"{name}.py").write_text("")
+    monkeypatch.setenv("LTLC_PLUGINS", "plugin_one, plugin_two,")
+    import_plugins()
+    assert {"plugin_one", "plugin_two"} <= set(sys.modules)
+    monkeypatch.setenv("LTLC_PLUGINS", "plugin_three")
+    with pytest.raises(InvalidArgumentError, match="LTLC_PLUGINS: there is no module plugin_three"):
+        import_plugins()
