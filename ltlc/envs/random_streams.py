@@ -15,9 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-_STEP = 0x9E3779B97F4A7C15
-_FIRST, _SECOND = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
-_WORD = (1 << 64) - 1
+from ltlc.splitmix import STEP, WORD, mix, mix_all
 
 
 class RandomStream:
@@ -29,12 +27,12 @@ class RandomStream:
     def seed(self, seed: int | None) -> None:
         """Start over from a seed; without one, go on."""
         if seed is not None:
-            self._state = _mix(seed & _WORD)
+            self._state = mix(seed & WORD)
 
     def draw(self) -> float:
         """The next number."""
-        self._state = (self._state + _STEP) & _WORD
-        return (_mix(self._state) >> 11) * 2.0**-53
+        self._state = (self._state + STEP) & WORD
+        return (mix(self._state) >> 11) * 2.0**-53
 
 
 class RandomStreams:
@@ -51,24 +49,15 @@ class RandomStreams:
         seeds = [seed + i for i in range(n)] if isinstance(seed, int | np.integer) else list(seed)
         for i, own in enumerate(seeds):
             if own is not None:
-                self._state[i] = _mix(own & _WORD)
+                self._state[i] = mix(own & WORD)
 
     def draw(self, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
         """The next number of the masked streams, shape (mask.sum(),); the others stay where they are."""
-        state = self._state[mask] + np.uint64(_STEP)
+        state = self._state[mask] + np.uint64(STEP)
         self._state[mask] = state
-        state = (state ^ (state >> np.uint64(30))) * np.uint64(_FIRST)
-        state = (state ^ (state >> np.uint64(27))) * np.uint64(_SECOND)
-        state = state ^ (state >> np.uint64(31))
-        return (state >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        return (mix_all(state) >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
 def fresh_keys(n: int) -> npt.NDArray[np.uint64]:
     """Keys from the entropy of the operating system."""
     return np.random.SeedSequence().generate_state(n, np.uint64).astype(np.uint64)
-
-
-def _mix(word: int) -> int:
-    word = ((word ^ (word >> 30)) * _FIRST) & _WORD
-    word = ((word ^ (word >> 27)) * _SECOND) & _WORD
-    return word ^ (word >> 31)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from ltlc.errors import InvalidArgumentError
+from ltlc.splitmix import STEP, mix_all
 
 IntArray = npt.NDArray[np.integer[Any]]
 FloatArray = npt.NDArray[np.float64]
@@ -242,7 +243,7 @@ def _merged_by_support(mdp: ExplicitMDP) -> Support:
     if not matrix.has_sorted_indices:
         matrix = matrix.sorted_indices()
     length = np.diff(matrix.indptr)
-    code = np.concatenate(([np.uint64(0)], np.cumsum(_scrambled(matrix.indices), dtype=np.uint64)))
+    code = np.concatenate(([np.uint64(0)], np.cumsum(_hashed(matrix.indices), dtype=np.uint64)))
     key = code[matrix.indptr[1:]] - code[matrix.indptr[:-1]]
     order = np.lexsort((key, mdp.choice_state))  # stable: of equal ones the first comes first
     state, key = mdp.choice_state[order], key[order]
@@ -282,17 +283,9 @@ def _restricted(mdp: ExplicitMDP, rows: IntArray) -> ExplicitMDP:
     )
 
 
-def _scrambled(number: IntArray) -> np.ndarray[tuple[int], np.dtype[np.uint64]]:
-    """A fixed 64-bit hash of each number.
-
-    References:
-        G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014,
-        DOI 10.1145/2660193.2660195 (its mixing function).
-    """
-    x = number.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.asarray(x ^ (x >> np.uint64(31)))
+def _hashed(number: IntArray) -> npt.NDArray[np.uint64]:
+    """A fixed 64-bit hash of each number."""
+    return mix_all(number.astype(np.uint64) * np.uint64(STEP))
 
 
 def row_any(matrix: Any, columns: BoolArray) -> BoolArray:

@@ -42,7 +42,9 @@ FLOORS = {
 }
 
 # Modules that stand by themselves and make one part.
-SAME_PART = dict.fromkeys(("atomic", "board", "budget", "errors", "graph", "registry", "version"), "foundation")
+SAME_PART = dict.fromkeys(
+    ("atomic", "board", "budget", "errors", "graph", "registry", "splitmix", "version"), "foundation"
+)
 SAME_PART |= dict.fromkeys(("many", "task"), "compiler")
 
 THIRD_PARTY = {
