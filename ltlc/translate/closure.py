@@ -80,7 +80,8 @@ class Closure(Nodes):
                 self.register_finite_parts(arg)
 
     def _register_atom(self, node: int) -> None:
-        check_time()
+        if not len(self._registered) & 15:
+            check_time()
         while len(self._up) < len(self.nodes):
             self._up.append(0)
             self._against.append(0)
@@ -197,7 +198,8 @@ class Closure(Nodes):
         """What remains to be satisfied after one letter: a partition of the letters."""
         known = self._after.get(f)
         if known is None:
-            check_time()
+            if len(f) > _MANY:
+                check_time()
             if f in (TRUE, FALSE):
                 known = {f: self.letters.all}
             else:

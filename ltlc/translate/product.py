@@ -24,6 +24,8 @@ from ltlc.translate.components import Component, Successors
 
 Skeleton = tuple[int, ...]
 """A positive Boolean combination of components: clauses of component bits, an antichain, sorted."""
+_MANY = 16
+"""A loop over more than so many moves asks for the time itself."""
 ProductState = tuple[Skeleton, tuple[Hashable, ...]]
 
 _TRUE: Skeleton = (0,)
@@ -100,7 +102,8 @@ class _Product:
                 self.budget.check_moves(len(partial), n_letters)
         moves = []
         for letters, targets, marks in partial:
-            check_time()
+            if len(partial) > _MANY:
+                check_time()
             moves.append((letters, self.settle(skeleton, targets), marks))
         return moves
 
