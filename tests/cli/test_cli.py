@@ -76,6 +76,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_shell_completion(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("shellingham.detect_shell", lambda *_: ("bash", "/bin/bash"))  # there may be none around
     assert run(["--show-completion", "bash"]) == 0
     assert "_LTLC_COMPLETE=complete_bash" in capsys.readouterr().out
     monkeypatch.setenv("_LTLC_COMPLETE", "complete_bash")
