@@ -12,7 +12,8 @@ import pytest
 
 from ltlc.cli.app import run
 from ltlc.errors import InvalidArgumentError, UnknownNameError
-from ltlc.faithful import Candidate, draw, faithfulness
+from ltlc.faithful import Candidate, faithfulness
+from ltlc.pictures.faithfulness import draw_faithfulness
 
 
 @pytest.fixture(scope="module")
@@ -105,11 +106,13 @@ def test_candidates_are_called_after_their_parameters() -> None:
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_pictures_are_drawn(table: ModuleType, tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"bars.{suffix}"
-    draw(path, table.report("safe-absorbing", ["code, reset", "code, end", "eventual .9"]), subtitle="a grid")
+    draw_faithfulness(
+        path, table.report("safe-absorbing", ["code, reset", "code, end", "eventual .9"]), subtitle="a grid"
+    )
     first = path.read_bytes()
     assert len(first) > 1000
     with pytest.raises(InvalidArgumentError, match="suffix"):
-        draw(tmp_path / "bars.txt", table.report("gate", ["code, end"]))
+        draw_faithfulness(tmp_path / "bars.txt", table.report("gate", ["code, end"]))
 
 
 def test_the_command_prints_tables_json_and_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
