@@ -13,9 +13,18 @@ from gymnasium.vector import VectorEnv
 
 from ltlc.board import Board
 from ltlc.envs.labeller import labeller_for
-from ltlc.envs.labels import SIGNATURES, LabelFunction, LabelSource, Source, described, shown
+from ltlc.envs.labels import LabelFunction, LabelSource, Source, described, shown
 from ltlc.envs.registration import register_envs
-from ltlc.envs.tabular import NO_MODEL, board_of, labelled_mdp, model_of, shows_states, with_labels_of
+from ltlc.envs.tabular import (
+    NO_MODEL,
+    NO_STATES,
+    MoreThanState,
+    board_of,
+    labelled_mdp,
+    model_of,
+    shows_states,
+    with_labels_of,
+)
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
 from ltlc.envs.wrapper import InitialLabel
 from ltlc.errors import InvalidArgumentError, LtlcError, MissingProgramError, UnknownNameError
@@ -101,11 +110,8 @@ class EnvSpec:
         own = self._own_model
         if own is None:
             return f"the dynamics of {self.env} are not known: {NO_MODEL}"
-        if own.aps:
-            return f"what holds in the states of {self.env} is known for the labels of its own only"
-        if shows_states(self.single, own):
-            return f"what holds in the states of {self.env} is not known, because the labels ask for the environment"
-        return f"what holds in the states of {self.env} is not known, because its observations are not its states"
+        why = "the labels look at more than the state" if shows_states(self.single, own) else NO_STATES
+        return f"what holds in the states of {self.env} is not known, because {why}"
 
     @property
     def episode_steps(self) -> int:
@@ -157,9 +163,12 @@ class EnvSpec:
         own = self._own_model
         if own is None or source is None:
             return None if own is None else labelled_mdp(self.single)
-        if own.aps or not shows_states(self.single, own) or Source(source).arity == len(SIGNATURES):
-            return None  # labels that look at the environment are known where it has been only
-        return with_labels_of(own, source)
+        if not shows_states(self.single, own):
+            return None
+        try:
+            return with_labels_of(own, source)
+        except MoreThanState:
+            return None
 
     @cached_property
     def _own_model(self) -> LabelledMDP | None:

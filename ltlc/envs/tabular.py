@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from gymnasium.spaces import Discrete
@@ -14,6 +15,22 @@ from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.mdp import LabelledMDP
 
 
+class MoreThanState(InvalidArgumentError):
+    """Labels look at more than the state, so what holds in it is not known."""
+
+
+class _NoInfo(Mapping[str, Any]):
+    """Stands for the info where there is none."""
+
+    def __init__(self, labels: str) -> None:
+        self._labels = labels
+
+    def _refuse(self, *_: object) -> Any:
+        raise MoreThanState(f"labels: {self._labels} looks at the info, so what holds in a state is not known")
+
+    __getitem__ = __iter__ = __len__ = _refuse
+
+
 def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
     """The exact model of an environment that has one.
 
@@ -23,13 +40,12 @@ def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
 
     Args:
         env: the environment, wrapped or not; of an `LTLWrapper` the labels are taken.
-        labels: for a model without propositions: a dict of predicates on the state, or a function of (state) or
-            (state, info) (called with an empty info) whose labels are names, or the text `module:name` of either; grid
-            worlds bring their own.
+        labels: a function of the state as it is observed, whose labels are names, or a dict of predicates; see
+            `ltlc.envs.labels`. None: those of the model itself, as grid worlds have.
 
     Raises:
-        InvalidArgumentError: the dynamics are not known, there are no labels, they look at more than the state, or one
-            is of a wrong type.
+        MoreThanState: the labels look at the info or the environment.
+        InvalidArgumentError: the dynamics are not known, there are no labels, or one is of a wrong type.
 
     Example:
         >>> import gymnasium
@@ -43,12 +59,12 @@ def labelled_mdp(env: Any, labels: LabelSource = None) -> LabelledMDP:
         raise InvalidArgumentError(f"the dynamics of {kind} are not known: {NO_MODEL}")
     if labels is None:
         labels = _labels_of_wrapper(env)
-    if model.aps or (labels is None and isinstance(env.unwrapped, ModelledEnv)):
+    if labels is None and (model.aps or isinstance(env.unwrapped, ModelledEnv)):
         return model
     if labels is None:
         raise InvalidArgumentError(f"pass labels=...: the states of {kind} carry none")
     if not shows_states(env, model):
-        raise InvalidArgumentError(f"labels are functions of the observation, and that of {kind} is not a state")
+        raise MoreThanState(f"what holds in the states of {kind} is not known, because {NO_STATES}")
     return with_labels_of(model, labels)
 
 
@@ -56,19 +72,20 @@ def with_labels_of(model: LabelledMDP, labels: LabelSource) -> LabelledMDP:
     """A model with the labels that each state, taken as an observation, has; see `labelled_mdp`.
 
     Raises:
-        InvalidArgumentError: the labels look at more than the state, or one is of a wrong type.
+        MoreThanState: the labels look at the info or the environment.
+        InvalidArgumentError: a label is of a wrong type.
     """
     source = Source(labels)
     if source.arity > 2:
-        raise InvalidArgumentError(
-            f"labels: {described(source.function)} asks for the environment, so what holds in a state is not known; "
-            "the labels of a model are a function of the state"
-        )
+        what = described(source.function)
+        raise MoreThanState(f"labels: {what} asks for the environment, so what holds in a state is not known")
     named = [_names(source, state) for state in range(model.n_states)]
     aps = sorted({name for label in named for name in label})
     return model.with_labels(aps, [[name for name, here in label.items() if here] for label in named])
 
 
+NO_STATES = "the labels are functions of the observation, and observations are not the states"
+"""why a model cannot be labelled, as the end of a message."""
 NO_MODEL = "it has neither a method labelled_mdp (as grid worlds have) nor a transition table P"
 """why an environment has no exact model, as the end of a message."""
 
@@ -89,7 +106,7 @@ def model_of(env: Any) -> LabelledMDP | None:
 
 def shows_states(env: Any, model: LabelledMDP) -> bool:
     """Whether the observations of an environment are the states of its model."""
-    space = env.unwrapped.observation_space
+    space = getattr(env.unwrapped, "single_observation_space", env.unwrapped.observation_space)
     return isinstance(space, Discrete) and space.start == 0 and space.n == model.n_states
 
 
@@ -109,13 +126,16 @@ def board_of(env: Any) -> Board | None:
 
 def _labels_of_wrapper(env: Any) -> LabelSource:
     while env is not getattr(env, "env", env):
-        found: LabelSource = getattr(env, "labels", None) if hasattr(env, "labeller") else None
-        if found is not None:
-            return found
+        if hasattr(env, "labeller"):
+            if getattr(env, "batch_labels", None) is not None:
+                raise InvalidArgumentError("the environment is labelled by batch_labels; pass labels=... of one state")
+            found: LabelSource = getattr(env, "labels", None)
+            if found is not None:
+                return found
         env = env.env
     return None
 
 
 def _names(source: Source, state: int) -> dict[str, bool]:
-    arguments: tuple[Any, ...] = (state, {})[: source.arity]
+    arguments = (state, _NoInfo(described(source.function)))[: source.arity]
     return {**dict.fromkeys(source.propositions or (), False), **names_of(source.function(*arguments))}

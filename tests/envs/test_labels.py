@@ -26,7 +26,7 @@ from gymnasium.wrappers.vector import DictInfoToList
 from vector_rollouts import RESETS, TASKS, assert_same, run
 
 from ltlc.automata import RabinAutomaton
-from ltlc.envs import LabelFunction, LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp
+from ltlc.envs import GridWorld, LabelFunction, LTLVectorWrapper, LTLWrapper, VectorGridWorld, labelled_mdp
 from ltlc.envs.batch import SubInfo
 from ltlc.envs.labels import arity
 from ltlc.envs.letters import LabelNames
@@ -389,8 +389,26 @@ def test_models_of_labels_in_every_form(sensors: Path) -> None:
     models = [labelled_mdp(lake, labels) for labels in (*TEXTS[:3], {"a": "sensors:high"}, lambda s, i: "a" * (s > 4))]
     models.append(labelled_mdp(LTLWrapper(lake, "F a", "sensors:labels")))
     assert all(mdp.letters.tolist() == models[0].letters.tolist() for mdp in models)
-    with pytest.raises(InvalidArgumentError, match="what holds in a state is not known"):
-        labelled_mdp(lake, lambda o, i, e: "")
+    for labels in (lambda o, i: "a" * (i["prob"] > 0), lambda o, i: "a" * bool(i), lambda o, i: i.get("a", ""),
+                   lambda o, i, e: ""):  # fmt: skip
+        with pytest.raises(InvalidArgumentError, match="what holds in a state is not known"):
+            labelled_mdp(lake, labels)
+
+
+def test_models_of_grids_with_labels_of_the_user() -> None:
+    """Such labels were left out without a word."""
+    corner = {"corner": lambda cell: cell == 3}
+    env = LTLWrapper(GridWorld(("Sa.", "b..")), "F corner", corner)
+    vector = LTLVectorWrapper(VectorGridWorld(("Sa.", "b.."), 2), "F corner", corner)
+    for mdp in (labelled_mdp(env), labelled_mdp(env.unwrapped, corner), labelled_mdp(vector)):
+        assert mdp.aps == ("corner",)
+        assert mdp.letters[mdp.label_probability.indices].tolist() == [0, 0, 0, 1, 0, 0]
+    assert labelled_mdp(env.unwrapped).aps == ("a", "b")
+    with pytest.raises(InvalidArgumentError, match="observations are not the states"):
+        labelled_mdp(GridWorld(("Sa.", "b.."), observation="coordinates"), {"corner": lambda o: bool(o[0])})
+    batched = LTLVectorWrapper(vector.env, "F corner", batch_labels={"corner": lambda o: np.zeros(2, dtype=bool)})
+    with pytest.raises(InvalidArgumentError, match="labelled by batch_labels"):
+        labelled_mdp(batched)
 
 
 @pytest.mark.parametrize("shift", [False, True])
@@ -417,6 +435,10 @@ def test_names_in_infos() -> None:
         for kept in (dict(infos["ltl"]), copy.deepcopy(infos["ltl"]), pickle.loads(pickle.dumps(infos["ltl"]))):
             assert list(kept["label_names"]) == list(infos["labels"])
         info, infos = env.step(0)[4], vector.step(np.zeros(N, dtype=int))[4]
+
+
+@pytest.mark.skipif(gym.__version__ < "1.2", reason="Gymnasium 1.1 asks for a mask beside each entry, nested ones too")
+def test_names_in_lists_of_infos() -> None:
     listed = DictInfoToList(LTLVectorWrapper(VectorGridWorld("S.a", 3), "F a")).reset(seed=1)[1]
     assert listed[0]["ltl"]["label_names"] == frozenset() and listed[0]["ltl"]["label"] == 0
 
