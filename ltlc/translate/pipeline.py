@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from typing import Literal, NamedTuple
@@ -13,7 +14,17 @@ from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import Acceptance, RabinAutomaton
 from ltlc.automata.rabin_pairs import to_rabin
-from ltlc.budget import MAX_STATES, Budget, Overtime, check_time, has_time, overtime, time_limit
+from ltlc.budget import (
+    MAX_STATES,
+    Budget,
+    Overtime,
+    TimeLimit,
+    check_time,
+    has_time,
+    overtime,
+    time_left,
+    time_limit,
+)
 from ltlc.errors import (
     DepthLimitExceeded,
     InvalidArgumentError,
@@ -40,6 +51,8 @@ _SLACK = 60
 """plus these."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
+_SPARE_SHARE = 0.7
+"""Making a candidate smaller takes this share of the time that is left, if its states are to be split afterwards."""
 _SAT_SECONDS = 30.0
 _SAT_SHARE = 0.9
 """The search for a smaller automaton goes on for this time at most, and this share of what is left."""
@@ -198,33 +211,42 @@ def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
     pristine: Closure | None = closure
     names = _worth_trying(closure, problem.effort) if translator == "auto" else (translator,)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
-    for limit in (*rounds, budget.max_states):
-        best: Candidate | None = None
-        for name in names:
-            cap, closure = limit, pristine or problem.closure(budget)
-            pristine = None
-            if best is not None and problem.effort != "best":
-                cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
-            try:
-                found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
-                is_first, best = best is None, _smaller(best or found, found)
-                check_time()
-                if problem.effort != "fast":
-                    found = found._replace(least=best.least)
-                    best = _smaller(best, _improved(found, problem.acceptance, prove=is_first))
-            except TimeLimitExceeded:
-                if best is None:
-                    raise
-                break
-            except StateLimitExceeded:
-                if limit == budget.max_states and best is None and name == names[-1]:
-                    raise
-                continue
-            if best.smallest:
-                break
-        if best is not None:
-            return best
+    with ExitStack() as spare:
+        for limit in (*rounds, budget.max_states):
+            best: Candidate | None = None
+            for name in names:
+                cap, closure = limit, pristine or problem.closure(budget)
+                pristine = None
+                if best is not None and problem.effort != "best":
+                    cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
+                try:
+                    found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
+                    is_first, best = best is None, _smaller(best or found, found)
+                    if is_first:
+                        spare.enter_context(_spare_time(problem))
+                    check_time()
+                    if problem.effort != "fast":
+                        found = found._replace(least=best.least)
+                        best = _smaller(best, _improved(found, problem.acceptance, prove=is_first))
+                except TimeLimitExceeded:
+                    if best is None:
+                        raise
+                    break
+                except StateLimitExceeded:
+                    if limit == budget.max_states and best is None and name == names[-1]:
+                        raise
+                    continue
+                if best.smallest:
+                    break
+            if best is not None:
+                return best
     raise AssertionError("the last round returns or raises")
+
+
+def _spare_time(problem: Problem) -> TimeLimit:
+    """The time for making a candidate smaller; where its states are to be split, some is left for that."""
+    left = time_left()
+    return time_limit("", None if left is None or problem.acceptance == "transition" else _SPARE_SHARE * left)
 
 
 def _smaller(old: Candidate, new: Candidate) -> Candidate:
@@ -258,7 +280,8 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     automaton = to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, least=automaton.n_states)
-    automaton = settled(automaton)
+    with _spare_time(problem):
+        automaton = settled(automaton)
     try:
         least = automaton.n_languages if can_decide_languages(automaton) else 1
     except TimeLimitExceeded:
