@@ -92,7 +92,7 @@ def compile(
         check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):
         formula = as_formula(formula_or_text)
-        shape, names = shape_of(formula)
+        shape, names = canonical_propositions(formula)
         text = str(formula)
         known = None if cache is None else cache.get((shape, options))
         if known is None:
@@ -108,7 +108,7 @@ def as_formula(formula_or_text: Formula | str) -> Formula:
     return parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
 
 
-def shape_of(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
+def canonical_propositions(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
     """The formula with its propositions renamed p0, p1, ... in order of appearance, and their names.
 
     Raises:

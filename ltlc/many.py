@@ -14,7 +14,7 @@ from numbers import Integral
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import Acceptance
 from ltlc.budget import MAX_STATES, time_limit
-from ltlc.compiler import DRA, Cache, Options, as_formula, shape_of
+from ltlc.compiler import DRA, Cache, Options, as_formula, canonical_propositions
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
 from ltlc.translate import Effort, translate
@@ -89,7 +89,7 @@ def compile_many(
             started = time.monotonic()
             with time_limit(formula if isinstance(formula, str) else "the formula", timeout):
                 parsed = as_formula(formula)
-                shape, names = shape_of(parsed)
+                shape, names = canonical_propositions(parsed)
                 text = str(parsed)
             read.append((shape, names, text))
             if shape not in missing and (shape, options) not in known:

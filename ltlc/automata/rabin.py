@@ -100,7 +100,7 @@ class RabinAutomaton(Output):
         _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
 
-    def described(self, formula: str | None, translator: str | None) -> Self:
+    def with_metadata(self, formula: str | None, translator: str | None) -> Self:
         """The same automaton, said to come from this formula and construction; what was computed for it is kept."""
         twin = object.__new__(type(self))
         vars(twin).update(vars(self), formula=formula, translator=translator)

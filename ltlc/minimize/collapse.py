@@ -64,12 +64,12 @@ def collapse(automaton: RabinAutomaton) -> Minimized:
     structures, bound = [], found.n_residuals
     for part in found.parts:
         least = part_lower_bound(part, on_states)
-        structures.append(collapsed(part, on_states) or given(found.automaton, part))
+        structures.append(quotient(part, on_states) or source_structure(found.automaton, part))
         bound += least - len(part.residuals)
-    return Minimized(assembled(found, structures), bound)
+    return Minimized(rebuild(found, structures), bound)
 
 
-def collapsed(part: Part, on_states: bool) -> Structure | None:
+def quotient(part: Part, on_states: bool) -> Structure | None:
     """One state per residual of the part, or None if no pairs make that accept the right words."""
     residual_of = tuple(range(len(part.residuals)))
     if len(part.states) == len(residual_of):
@@ -78,7 +78,7 @@ def collapsed(part: Part, on_states: bool) -> Structure | None:
     return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
 
 
-def given(automaton: RabinAutomaton, part: Part) -> Structure:
+def source_structure(automaton: RabinAutomaton, part: Part) -> Structure:
     """The component of the automaton itself."""
     columns = [part.column.index(c) for c in range(part.n_columns)]
     states = list(part.states)
@@ -95,7 +95,7 @@ def _mask(labels: npt.NDArray[np.bool_]) -> int:
     return sum(1 << int(k) for k in np.flatnonzero(labels))
 
 
-def assembled(found: Residuals, structures: Sequence[Structure]) -> RabinAutomaton:
+def rebuild(found: Residuals, structures: Sequence[Structure]) -> RabinAutomaton:
     """One structure per part, and one state for each residual in no part; the automaton itself if that is as small."""
     automaton = found.automaton
     first = np.unique(found.language, return_index=True)[1]

@@ -19,23 +19,23 @@ from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 
 
 def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
-    """`settled`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
+    """`normalized`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
     """
-    result = settled(automaton)
+    result = normalized(automaton)
     try:
         if effort <= 0 or is_smallest(result):
             return result
     except TimeLimitExceeded:
         return result
     smaller = merge_by_trial(result, effort)
-    return result if smaller.n_states == result.n_states else settled(smaller)
+    return result if smaller.n_states == result.n_states else normalized(smaller)
 
 
-def settled(automaton: RabinAutomaton) -> RabinAutomaton:
+def normalized(automaton: RabinAutomaton) -> RabinAutomaton:
     """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
 
     One deadlock and one accepting sink remain at most. Where the time of the call is over, what is left is left out.

@@ -10,7 +10,7 @@ from contextlib import suppress
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.budget import time_limit
 from ltlc.errors import TimeLimitExceeded
-from ltlc.minimize.collapse import Minimized, Structure, assembled, collapsed, given
+from ltlc.minimize.collapse import Minimized, Structure, quotient, rebuild, source_structure
 from ltlc.minimize.lower_bound import part_lower_bound
 from ltlc.minimize.residuals import Part, residuals
 from ltlc.minimize.sat_search import Search, Word
@@ -33,14 +33,14 @@ def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Mini
     on_states = automaton.acceptance == "state"
     try:
         found = residuals(automaton)
-        structures = [given(found.automaton, part) for part in found.parts]
+        structures = [source_structure(found.automaton, part) for part in found.parts]
         bound = found.n_residuals
         deadline = math.inf if timeout is None else time.monotonic() + timeout
         for i, part in enumerate(found.parts):
             share = max(0.0, deadline - time.monotonic()) / (len(found.parts) - i)
             structures[i], least = _smallest(part, structures[i], on_states, share)
             bound += least - len(part.residuals)
-        return Minimized(assembled(found, structures), bound)
+        return Minimized(rebuild(found, structures), bound)
     except TimeLimitExceeded:  # of the caller
         return Minimized(automaton, 1)
 
@@ -48,7 +48,7 @@ def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Mini
 def _smallest(part: Part, current: Structure, on_states: bool, seconds: float) -> tuple[Structure, int]:
     """A smallest structure for a part, or the given one; and a lower bound on the number of its states."""
     least = part_lower_bound(part, on_states)
-    single = collapsed(part, on_states)
+    single = quotient(part, on_states)
     if single is not None:
         return single, least
     words: Sequence[Word] = ()

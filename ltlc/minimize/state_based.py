@@ -19,7 +19,7 @@ from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
 from ltlc.minimize.lower_bound import is_smallest
 from ltlc.minimize.merge_by_trial import EFFORT
-from ltlc.minimize.reduce import reduce, settled
+from ltlc.minimize.reduce import normalized, reduce
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
@@ -55,10 +55,10 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: B
         marks.update(_even_marks(component))
     with overtime(Overtime.SPLIT):
         split = _split(simple, marks, budget)
-    best = settled(split)
+    best = normalized(split)
     with suppress(LimitExceeded):
         if not is_smallest(best):
-            best = min(best, settled(_split(simple, marks, budget, once=True)), key=lambda a: a.n_states)
+            best = min(best, normalized(_split(simple, marks, budget, once=True)), key=lambda a: a.n_states)
     return reduce(best, effort=effort)
 
 

@@ -36,7 +36,7 @@ from ltlc.errors import (
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.minimize.collapse import collapse
 from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
-from ltlc.minimize.reduce import settled
+from ltlc.minimize.reduce import normalized
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
@@ -150,7 +150,7 @@ def translate(
         if effort == "best":
             left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
             automaton = minimize(automaton, timeout=min(_SAT_SECONDS, left)).automaton
-        return automaton.described(text, best.translator)
+        return automaton.with_metadata(text, best.translator)
 
 
 def _tidied(automaton: RabinAutomaton, stage: Overtime) -> RabinAutomaton:
@@ -158,7 +158,7 @@ def _tidied(automaton: RabinAutomaton, stage: Overtime) -> RabinAutomaton:
     if has_time():
         return automaton
     with overtime(stage):
-        return settled(automaton)
+        return normalized(automaton)
 
 
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
@@ -281,7 +281,7 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, weak=True, least=automaton.n_states)
     with _spare_time(problem):
-        automaton = settled(automaton)
+        automaton = normalized(automaton)
     try:
         least = automaton.n_languages if can_decide_languages(automaton) else 1
     except TimeLimitExceeded:
@@ -306,7 +306,7 @@ def _improved(found: Candidate, wanted: Acceptance, *, prove: bool) -> Candidate
     if automaton.n_states > least:
         merged = merge_by_trial(automaton)
         if merged.n_states < automaton.n_states:
-            automaton = settled(merged)
+            automaton = normalized(merged)
     return found._replace(automaton=automaton, least=least)
 
 

@@ -13,7 +13,7 @@ from ltlc.automata import ComponentKind, RabinAutomaton, canonical, equivalent, 
 from ltlc.automata.acceptance import Acceptance, Clause, conjunction, disjunction, holds, negation
 from ltlc.automata.emptiness import accepting_nodes, accepting_walk
 from ltlc.errors import InvalidAutomatonError
-from ltlc.minimize.reduce import settled
+from ltlc.minimize.reduce import normalized
 
 
 def eventually_a_always_after() -> RabinAutomaton:
@@ -171,7 +171,7 @@ def test_letter_classes_are_checked() -> None:
 def test_normal_forms_are_made_once() -> None:
     """What is known of an automaton is not worked out again, and is not believed of what is made from it."""
     for automaton in random_automata(30):
-        for form in (canonical, simplify_marks, settled):
+        for form in (canonical, simplify_marks, normalized):
             once = form(automaton)
             assert form(once) is once
             assert not replace(once).facts

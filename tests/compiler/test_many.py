@@ -7,7 +7,7 @@ import random
 import pytest
 
 import ltlc
-from ltlc.compiler import shape_of
+from ltlc.compiler import canonical_propositions
 from ltlc.errors import InvalidArgumentError, LtlSyntaxError, StateLimitExceeded
 
 FORMULAS = ["F goal & G !trap", "F(x & F y)", "F(b & F a)", "GF a & GF b", "F(x & F x)", "F exit & G !fire", "true"]
@@ -50,8 +50,10 @@ def test_processes_report_progress_and_stop_at_the_first_error() -> None:
 
 
 def test_shapes_are_shared() -> None:
-    assert shape_of(ltlc.parse("F(x & F y)"))[0] is shape_of(ltlc.parse("F(b & F a)"))[0]
-    assert shape_of(ltlc.parse("F(x & F y)"))[0] is not shape_of(ltlc.parse("F(x & F x)"))[0]
+    assert canonical_propositions(ltlc.parse("F(x & F y)"))[0] is canonical_propositions(ltlc.parse("F(b & F a)"))[0]
+    assert (
+        canonical_propositions(ltlc.parse("F(x & F y)"))[0] is not canonical_propositions(ltlc.parse("F(x & F x)"))[0]
+    )
     seen: list[tuple[int, int]] = []
     ltlc.compile_many(FORMULAS, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(i, 5) for i in range(1, 6)]
