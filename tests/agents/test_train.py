@@ -245,7 +245,7 @@ def test_ctrl_c_stops_cleanly_and_can_be_resumed(tmp_path: Path) -> None:
     assert second.steps >= 2_500 and not second.interrupted
     assert_same(second.agent, train(grid(), config).agent)
     assert "interrupted" not in str(second)
-    assert "nothing was written" in str(TrainingResult(second.agent, 1, 1.0, True, None))
+    assert "nothing was written" in str(TrainingResult(second.agent, 1, 9, 1.0, True))
 
 
 def test_second_ctrl_c_stops_at_once() -> None:
