@@ -40,6 +40,8 @@ THESIS_STATES: Mapping[tuple[str, str], int] = MappingProxyType(
     dict(zip(CASES, (100, 400, 375, 1500), strict=True)),
 )
 """table 5.2: states of the product."""
+SYSTEMS = (DOUBLE_DQN, *LEARNERS)
+"""what is compared: the deep agent with its network, and every tabular learner."""
 REGRET = 0.01
 """part of the optimal return that a good policy may lose."""
 SECONDS, QUICK_SECONDS = 60.0, 20.0
@@ -107,7 +109,7 @@ def runtime_comparison(
 
     Args:
         quick: one seed and at most 20 seconds for each run, instead of three seeds and 60 seconds.
-        systems: `double-dqn` and some of the tabular learners; None: all.
+        systems: some of `SYSTEMS`; None: all.
         cases: pairs of a world (`thesis_map`) and a recorded automaton, some of `CASES`; None: all.
         seeds: instead of the above.
         regret: part of the optimal return that may be lost.
@@ -122,11 +124,10 @@ def runtime_comparison(
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, section 5.3. The
         5x5 world is not recorded there, nor whether motion was noisy; here it is, as in the case studies.
     """
-    known = (DOUBLE_DQN, *LEARNERS)
-    wanted = known if systems is None else systems
+    wanted = SYSTEMS if systems is None else systems
     for system in wanted:
-        if system not in known:
-            raise UnknownNameError("system", system, known)
+        if system not in SYSTEMS:
+            raise UnknownNameError("system", system, SYSTEMS)
     chosen = seeds if seeds is not None else (0,) if quick else (0, 1, 2)
     allowed = limit if limit is not None else QUICK_SECONDS if quick else SECONDS
     rows = []

@@ -367,7 +367,8 @@ def test_loss_that_is_not_a_number_stops_the_training(tmp_path: Path) -> None:
 def test_metrics_are_plain_csv(short_run: Path) -> None:
     text = (short_run / "metrics.csv").read_text().splitlines()
     assert text[0] == (
-        "steps,updates,episodes,episode_return,episode_length,violations,acceptances,loss,epsilon,learning_rate"
+        "steps,updates,episodes,episode_return,episode_length,violations,acceptances,loss,epsilon,learning_rate,"
+        "value,product_states,satisfaction,discounted_return"
     )
     assert len(text) == 3
     row = rows(short_run)[-1]

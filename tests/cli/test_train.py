@@ -508,7 +508,7 @@ class TestReproduce:
 
     def test_run_time_comparison(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(runtime, "CASES", [("10x10", "phi_3"), ("5x5", "phi_4")])
-        monkeypatch.setattr(runtime, "AGENTS", ("sadigh", "fu-topcu"))
+        monkeypatch.setattr(runtime, "SYSTEMS", ("sadigh", "fu-topcu"))
         assert run(["reproduce", "runtime", "--quick", "--out", "here"]) == 0
         out = capsys.readouterr().out
         assert "(table 5.1)" in out and ">25 h" in out and "(table 5.2)" in out and "375" in out
