@@ -76,7 +76,7 @@ class Registry(Mapping[str, T], Generic[T]):
                 f"a {self.kind} cannot be called {name!r}: a name has no colon and no spaces around"
             )
         if name in self._registered and not _is_reloaded(self._registered[name], part):
-            raise InvalidArgumentError(f"there is a {self.kind} {name!r} already; choose another name")
+            raise InvalidArgumentError(f"the name {name!r} of a {self.kind} is taken; choose another name")
         if not isinstance(part, str) and self._check is not None:
             part = self._check(name, part)
         self._registered[name] = part

@@ -65,7 +65,7 @@ def test_names_are_taken_once_and_suggested() -> None:
     class Copy(TwoDiscount):
         pass
 
-    with pytest.raises(InvalidArgumentError, match="already"):
+    with pytest.raises(InvalidArgumentError, match="is taken"):
         register_scheme(Copy)
     with pytest.raises(UnknownNameError, match="two-discount"):
         get_scheme("two-discont")
