@@ -92,14 +92,14 @@ def test_an_environment_of_the_user_has_verdicts_and_pictures(
     assert '"satisfaction": 1.0' in capsys.readouterr().out
 
 
-def test_models_without_propositions_take_the_labels_that_are_given(corridor: str) -> None:
+def test_models_take_the_labels_that_are_given(corridor: str) -> None:
     spec = EnvSpec(env=corridor, arguments={"own_labels": False}, labels="corridor:goal")
     assert spec.model is not None and spec.model.aps == ("goal",)
     assert ltlc.Judge(spec.model, ltlc.Task("F goal")).maximum.probability == 1
     own = EnvSpec(env=corridor, labels="corridor:goal")
-    assert own.model is None
-    assert "labels of its own only" in own.why_no_model
-    assert EnvSpec(env=corridor).model is not None
+    assert own.model is not None and own.model.aps == ("goal",)
+    itself = EnvSpec(env=corridor).model
+    assert itself is not None and itself.aps == ("start", "goal")
 
 
 def test_wrappers_are_looked_through(corridor: str) -> None:
