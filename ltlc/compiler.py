@@ -30,8 +30,14 @@ class Options(NamedTuple):
     max_states: int = MAX_STATES
     timeout: float | None = None
 
-    def check(self) -> None:
-        """Raise InvalidArgumentError if a limit is none or out of range; names are checked where they are looked up."""
+    def checked(self) -> Options:
+        """The same options with the numbers of Python, which compiled modules insist on.
+
+        Raises:
+            InvalidArgumentError: a limit is none or out of range, or a name is no text; names are looked up later.
+        """
+        check_type(self.acceptance, str, "acceptance", "'state' or 'transition'")
+        check_type(self.effort, str, "effort", "'fast', 'default' or 'best'")
         check_type(self.translator, str, "translator", "a name")
         check_type(self.max_states, Integral, "max_states", "a whole number")
         if self.timeout is not None:
@@ -40,6 +46,8 @@ class Options(NamedTuple):
             raise InvalidArgumentError(f"max_states is {self.max_states}; at least 1 state is needed")
         if self.timeout is not None and not self.timeout > 0:
             raise InvalidArgumentError(f"timeout is {self.timeout:g}; it must be a positive number of seconds, or None")
+        seconds = None if self.timeout is None else float(self.timeout)
+        return self._replace(max_states=int(self.max_states), timeout=seconds)
 
 
 Cache = MutableMapping[tuple[Formula, Options], RabinAutomaton]
@@ -86,8 +94,7 @@ def compile(
         >>> dra.accepts(prefix=[[], ["goal"]], cycle=[[]])
         True
     """
-    options = Options(acceptance, translator, effort, max_states, timeout)
-    options.check()
+    options = Options(acceptance, translator, effort, max_states, timeout).checked()
     if cache is not None:
         check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):

@@ -66,8 +66,7 @@ def compile_many(
         >>> [dra.n_states for dra in compile_many(["F goal", "F exit", "GF a & GF b"])]
         [2, 2, 3]
     """
-    options = Options(acceptance, translator, effort, max_states, timeout)
-    options.check()
+    options = Options(acceptance, translator, effort, max_states, timeout).checked()
     if isinstance(formulas, str) or not isinstance(formulas, Iterable):
         raise InvalidArgumentError("formulas must be several: put a single one in a list")
     if workers is not None:

@@ -17,7 +17,7 @@ class FittedQConfig(OffPolicyConfig):
         InvalidArgumentError: a value is out of range.
 
     Example:
-        >>> FittedQConfig(total_steps=20_000, epsilon_steps=5_000).epsilon_at(5_000)
+        >>> round(FittedQConfig(total_steps=20_000, epsilon_steps=5_000).epsilon_at(5_000), 6)
         0.3
 
     References:

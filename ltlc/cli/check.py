@@ -43,7 +43,7 @@ def check(
     from ltlc.compiler import Options
     from ltlc.ltl import Formula, Proposition, parse, parse_word, propositions
 
-    Options(timeout=timeout).check()
+    Options(timeout=timeout).checked()
     with time_limit(source, timeout):
         given = given_automaton(source)
         subject = parse(given) if isinstance(given, str) else given

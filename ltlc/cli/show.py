@@ -42,8 +42,7 @@ def show(
     if json_ and "-" in targets:
         raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
     check_targets(targets)
-    options = Options(acceptance, translator, max_states=max_states, timeout=timeout)
-    options.check()
+    options = Options(acceptance, translator, max_states=max_states, timeout=timeout).checked()
     with time_limit(source, timeout):
         dra = given_automaton(source)
         if isinstance(dra, str):

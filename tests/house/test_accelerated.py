@@ -113,7 +113,7 @@ def test_compiled_modules_are_in_use_and_their_sources_are_beside_them(site: Pat
 def test_the_core_passes_its_tests(site: Path, tmp_path: Path) -> None:
     """Away from the checkout, so that its files are not imported."""
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    for folder in ("tests", "benchmarks"):
+    for folder in ("tests", "benchmarks", "docs"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     tests = [tmp_path / "tests" / name for name in CORE]
     left_out = [f"--ignore={tmp_path / 'tests' / name}" for name in PURE]
