@@ -85,7 +85,7 @@ def time_limit(name: str, timeout: float | None, spent: float = 0.0) -> TimeLimi
         timeout: seconds, or None for no limit.
         spent: seconds of these that are over already.
     """
-    seconds = math.inf if timeout is None else timeout
+    seconds = math.inf if timeout is None else float(timeout)
     deadline = time.monotonic() + seconds - spent
     around = _IN_FORCE.get()
     if around is not None and around.until <= deadline:

@@ -34,6 +34,7 @@ class Patient(TwoDiscount):
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(tmp_path)
     Path("mine.py").write_text(MODULE)
+    sys.modules.pop("mine", None)  # of another test
     yield tmp_path
     SCHEMES.remove("patient")
     sys.modules.pop("mine", None)

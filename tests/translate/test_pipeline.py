@@ -258,14 +258,14 @@ def test_registry() -> None:
 def test_a_construction_of_a_users_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is used by name, listed, and leaves what "auto" does as it is."""
     monkeypatch.chdir(tmp_path)
-    Path("mine.py").write_text(
+    Path("trees_of_mine.py").write_text(
         "from ltlc.translate import TRANSLATORS, Construction, register_construction\n"
         "trees = register_construction(Construction('trees', 'As safra.', 'as safra', TRANSLATORS['safra'].build))\n"
     )
     formula = parse("F G a | G F b")
     before = to_json(translate(formula))
     try:
-        automaton = translate(formula, translator="mine:trees")
+        automaton = translate(formula, translator="trees_of_mine:trees")
         assert automaton.translator == "trees"
         assert equivalent(automaton, translate(formula))
         assert "trees" in list(TRANSLATORS)
@@ -273,7 +273,7 @@ def test_a_construction_of_a_users_module(tmp_path: Path, monkeypatch: pytest.Mo
         with pytest.raises(UnknownNameError, match="Did you mean auto"):
             translate(formula, translator="autos")
         with pytest.raises(InvalidArgumentError, match="is no ltlc"):
-            translate(formula, translator="mine:TRANSLATORS")
+            translate(formula, translator="trees_of_mine:TRANSLATORS")
     finally:
         TRANSLATORS.remove("trees")
 
