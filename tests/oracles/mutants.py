@@ -106,7 +106,7 @@ def forged(rng: random.Random, tree: Any, values: list[Any]) -> Any:
                 parent[key] = _shifted(rng, old)
             case 4 if isinstance(old, list):
                 parent[key] = old * rng.randint(2, 3)
-            case 5 if isinstance(old, int | float) and not isinstance(old, bool):
+            case 5 if isinstance(old, int | float) and not isinstance(old, bool) and abs(old) < 2**53:
                 parent[key] = rng.choice([old + 1, old - 1, -old, old * 10**9, float(old), str(old)])
             case _:
                 parent[key] = copy.deepcopy(rng.choice(values))
