@@ -81,6 +81,7 @@ def corridor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_an_environment_of_the_user_has_verdicts_and_pictures(
     corridor: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    pytest.importorskip("torch")
     assert run(["solve", "F goal & FG start", "--env", corridor, "-o", "policy.png"]) == 0
     assert "∞" in (out := capsys.readouterr().out)
     assert "P(formula satisfied)" in out
