@@ -72,11 +72,9 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def _add(self, name: str, part: Any) -> Any:
         if not name or ":" in name or name != name.strip():
-            raise InvalidArgumentError(
-                f"a {self.kind} cannot be called {name!r}: a name has no colon and no spaces around"
-            )
+            raise InvalidArgumentError(f"{self.kind} {name!r}: a name has no colon and no spaces around")
         if name in self._registered and not _is_reloaded(self._registered[name], part):
-            raise InvalidArgumentError(f"the name {name!r} of a {self.kind} is taken; choose another name")
+            raise InvalidArgumentError(f"{self.kind} {name!r}: the name is taken; choose another")
         if not isinstance(part, str) and self._check is not None:
             part = self._check(name, part)
         self._registered[name] = part

@@ -100,7 +100,7 @@ def test_an_agent_of_a_users_module(
         assert run(["agents", "--json"]) == 0
         listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
         assert listed["patient"]["description"] == "Fitted Q iteration from a user's module."
-        with pytest.raises(InvalidArgumentError, match="there is a agent 'patient' already"):
+        with pytest.raises(InvalidArgumentError, match="agent 'patient': the name is taken"):
             register_agent("patient", "mine.py:Patient")
     finally:
         AGENTS.remove("patient")
