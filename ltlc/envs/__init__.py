@@ -1,8 +1,9 @@
-"""Environments that a formula can be taught in: wrappers, labels, grid worlds.
+"""Environments that a formula can be taught in: wrappers, labels, worlds.
 
-Importing this package registers the grid worlds with Gymnasium: `gymnasium.make("ltlc/Thesis10x10-v0")`.
+Importing this package registers the worlds with Gymnasium: `gymnasium.make("ltlc/Thesis10x10-v0")`.
 """
 
+from ltlc.envs.flat_world import FlatWorld, VectorFlatWorld
 from ltlc.envs.grid import GridWorld, VectorGridWorld
 from ltlc.envs.grid_map import HOLD, GridMap, grid_map
 from ltlc.envs.labels import LABELLERS, LabelFunction, register_labeller
@@ -18,6 +19,7 @@ __all__ = [
     "HOLD",
     "LABELLERS",
     "RECORDED",
+    "FlatWorld",
     "GridMap",
     "GridWorld",
     "LTLVectorWrapper",
@@ -25,6 +27,7 @@ __all__ = [
     "LabelFunction",
     "MappedEnv",
     "ModelledEnv",
+    "VectorFlatWorld",
     "VectorGridWorld",
     "board_of",
     "grid_map",

@@ -7,20 +7,16 @@ from typing import Any, Literal
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector import AutoresetMode
 
 from ltlc.board import Board
 from ltlc.envs.grid_map import GridMap, Labels, Miss, Slip, StepSampler, grid_map
 from ltlc.envs.grid_model import grid_board, grid_model
+from ltlc.envs.vector_world import BoolArray, IntArray, VectorWorld, check_render_mode
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.mdp import LabelledMDP
 
-IntArray = npt.NDArray[np.int64]
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 Observation = Literal["index", "coordinates"]
 
 
@@ -73,8 +69,7 @@ class GridWorld(gym.Env[Any, Any]):
         observation: Observation = "index",
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise UnknownNameError("render mode", str(render_mode), self.metadata["render_modes"])
+        check_render_mode(render_mode, self.metadata["render_modes"])
         self.layout = _read(map, labels, start, slip, actions, miss)
         self.propositions = self.layout.propositions
         self.render_mode = render_mode
@@ -153,12 +148,11 @@ class _Draw:
         return self.outcome[slot if u - int(u) < self.threshold[slot] else self.alias[slot]]
 
 
-class VectorGridWorld(VectorEnv[Any, Any, Any]):
+class VectorGridWorld(VectorWorld):
     """Many copies of one grid world, stepped together by array look-ups.
 
     The same world as `GridWorld`; with one copy, also the same random numbers within an episode. `infos["labels"]`
-    holds letters, shape (num_envs,), int64, bit i = `propositions[i]`. All three autoreset modes are supported, and
-    `begin_episode` lets a wrapper end episodes on its own.
+    holds letters, see `VectorWorld`.
 
     Args:
         map: see `grid_map`, as the other arguments without a word here.
@@ -173,6 +167,8 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         autoreset_mode: when a finished copy starts again.
         render_mode: see `GridWorld`.
     """
+
+    metadata = GridWorld.metadata
 
     def __init__(
         self,
@@ -189,91 +185,20 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ) -> None:
-        if num_envs < 1 or (max_episode_steps is not None and max_episode_steps < 1):
-            raise InvalidArgumentError(
-                f"num_envs is {num_envs}, max_episode_steps {max_episode_steps}; both start at 1"
-            )
-        if render_mode not in (None, *GridWorld.metadata["render_modes"]):
-            raise UnknownNameError("render mode", str(render_mode), GridWorld.metadata["render_modes"])
         self.layout = _read(map, labels, start, slip, actions, miss)
-        self.propositions = self.layout.propositions
-        self.num_envs = num_envs
-        self.render_mode = render_mode
-        modes = [mode.value for mode in AutoresetMode]
-        if autoreset_mode not in (*modes, *AutoresetMode):
-            raise UnknownNameError("autoreset mode", str(autoreset_mode), modes)
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**GridWorld.metadata, "autoreset_mode": self.autoreset_mode}
-        self.max_episode_steps = max_episode_steps
-        self.single_observation_space = _observation_space(self.layout, observation)
-        self.single_action_space = spaces.Discrete(self.layout.n_actions)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        super().__init__(
+            num_envs,
+            _observation_space(self.layout, observation),
+            spaces.Discrete(self.layout.n_actions),
+            self.layout.propositions,
+            max_episode_steps=max_episode_steps,
+            autoreset_mode=autoreset_mode,
+            render_mode=render_mode,
+        )
         self._coordinates = self.layout.coordinates if observation == "coordinates" else None
         self._cell = np.full(num_envs, self.layout.start)
         self._letter = np.zeros(num_envs, dtype=np.int64)
-        self._elapsed = np.zeros(num_envs, dtype=np.int64)
-        self._finished = np.zeros(num_envs, dtype=np.bool_)
-        self._any_finished = False
         self._uniform = np.empty(num_envs)
-
-    def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
-        """Start new episodes in all copies, or in those of the boolean array `options["reset_mask"]`.
-
-        One generator serves all copies, so of a sequence of seeds the whole sequence is one seed.
-        """
-        if seed is not None:
-            entropy = [seed] if isinstance(seed, int | np.integer) else [-1 if s is None else s for s in seed]
-            self._np_random, self._np_random_seed = _generator(entropy)
-        mask = (options or {}).get("reset_mask")
-        if mask is None:
-            mask = np.ones(self.num_envs, dtype=np.bool_)
-        elif not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-            raise InvalidArgumentError(f"reset_mask must be a boolean array of shape ({self.num_envs},), got {mask!r}")
-        self._begin(mask)
-        self._finished &= ~mask
-        self._any_finished = bool(self._finished.any())
-        return self._observation(), {"labels": self._letter.copy()}
-
-    def step(self, actions: Any) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
-        """Move all copies.
-
-        Raises:
-            InvalidArgumentError: an action is out of range, or (mode DISABLED) a finished copy was not reset.
-        """
-        n, n_actions = self.num_envs, self.layout.n_actions
-        actions = np.asarray(actions)
-        if actions.shape != (n,) or actions.max() >= n_actions or actions.min() < 0:
-            raise InvalidArgumentError(f"actions must be {n} numbers in 0..{n_actions - 1}, got {actions!r}")
-        restarted = self._finished if self._any_finished else None
-        if restarted is not None and self.autoreset_mode == AutoresetMode.DISABLED:
-            raise InvalidArgumentError("a finished sub-environment must be reset before it is stepped (reset_mask)")
-        self._cell, self._letter = self._draw(self.layout.sampler, self._cell * n_actions + actions)
-        if restarted is not None:
-            self._begin(restarted)
-        truncated = np.zeros(n, dtype=np.bool_)
-        if self.max_episode_steps is not None:
-            self._elapsed += 1
-            if restarted is not None:
-                self._elapsed[restarted] = 0
-            np.greater_equal(self._elapsed, self.max_episode_steps, out=truncated)
-        infos: dict[str, Any] = {}
-        done = bool(truncated.any()) if self.max_episode_steps is not None else False
-        if self.autoreset_mode == AutoresetMode.SAME_STEP:
-            if done:
-                infos = self._final(truncated)
-                self._begin(truncated)
-        else:
-            self._finished, self._any_finished = truncated.copy() if done else truncated, done
-        infos["labels"] = self._letter.copy()
-        return self._observation(), np.zeros(n), np.zeros(n, dtype=np.bool_), truncated, infos
-
-    def begin_episode(self, mask: BoolArray) -> None:
-        """End the episodes of the masked copies from outside; with NEXT_STEP, the next step starts new ones."""
-        self._finished = self._finished | mask
-        self._any_finished = bool(self._finished.any())
 
     def render(self) -> Any:
         """One picture per copy, see `GridWorld.render`."""
@@ -296,12 +221,24 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
         """The map of one copy."""
         return grid_board(self.layout)
 
-    def _observation(self) -> IntArray:
-        return self._cell.copy() if self._coordinates is None else self._coordinates[self._cell]
+    def _seed(self, seed: int | Sequence[int | None]) -> None:
+        """One generator serves all copies, so of a sequence of seeds the whole sequence is one seed."""
+        entropy = [seed] if isinstance(seed, int | np.integer) else [-1 if s is None else s for s in seed]
+        self._np_random, self._np_random_seed = _generator(entropy)
 
     def _begin(self, mask: BoolArray) -> None:
         cell, letter = self._draw(self.layout.start_sampler, np.zeros(int(mask.sum()), dtype=np.int64))
-        self._cell[mask], self._letter[mask], self._elapsed[mask] = cell, letter, 0
+        self._cell[mask], self._letter[mask] = cell, letter
+
+    def _move(self, actions: Any) -> BoolArray:
+        self._cell, self._letter = self._draw(self.layout.sampler, self._cell * self.layout.n_actions + actions)
+        return np.zeros(self.num_envs, dtype=np.bool_)
+
+    def _observation(self) -> IntArray:
+        return self._cell.copy() if self._coordinates is None else self._coordinates[self._cell]
+
+    def _letters(self) -> IntArray:
+        return self._letter.copy()
 
     def _draw(self, sampler: StepSampler, rows: IntArray) -> tuple[IntArray, IntArray]:
         slot = rows
@@ -315,16 +252,6 @@ class VectorGridWorld(VectorEnv[Any, Any, Any]):
             slot += whole
             slot = np.where(u < sampler.threshold.take(slot), slot, sampler.alias.take(slot))
         return sampler.cell.take(slot), sampler.letter.take(slot)
-
-    def _final(self, done: BoolArray) -> dict[str, Any]:
-        """What Gymnasium's SAME_STEP mode tells about the last step of the episodes that ended."""
-        final_obs = np.full(self.num_envs, None, dtype=object)
-        observation = self._observation()
-        for i in np.flatnonzero(done):  # an object array can only be filled one by one
-            final_obs[i] = observation[i]
-        labels = np.where(done, self._letter, 0)
-        final_info = {"labels": labels, "_labels": done.copy()}
-        return {"final_obs": final_obs, "_final_obs": done.copy(), "final_info": final_info, "_final_info": done.copy()}
 
 
 def _generator(entropy: Sequence[int]) -> tuple[np.random.Generator, int]:

@@ -57,6 +57,13 @@ class RandomStreams:
         self._state[mask] = state
         return (mix_all(state) >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
+    def draw_many(self, mask: npt.NDArray[np.bool_], k: int) -> npt.NDArray[np.float64]:
+        """The next k numbers of the masked streams, shape (mask.sum(), k)."""
+        ahead = np.arange(1, k + 1, dtype=np.uint64) * np.uint64(STEP)
+        state = self._state[mask][:, None] + ahead
+        self._state[mask] += ahead[-1]
+        return (mix_all(state) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
 
 def fresh_keys(n: int) -> npt.NDArray[np.uint64]:
     """Keys from the entropy of the operating system."""

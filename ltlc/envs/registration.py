@@ -1,4 +1,4 @@
-"""Names of the grid worlds in Gymnasium's registry."""
+"""Names of the worlds in Gymnasium's registry."""
 
 from __future__ import annotations
 
@@ -17,13 +17,18 @@ _ENVS: dict[str, dict[str, Any]] = {
     "ltlc/Thesis10x10Dynamic-v0": {**_THESIS, "kwargs": {"size": "10x10", "dynamic": True}},
     "ltlc/Thesis5x5-v0": {**_THESIS, "kwargs": {"size": "5x5"}},
     "ltlc/Thesis5x5Dynamic-v0": {**_THESIS, "kwargs": {"size": "5x5", "dynamic": True}},
+    "ltlc/FlatWorld-v0": {
+        "entry_point": "ltlc.envs.flat_world:FlatWorld",
+        "vector_entry_point": "ltlc.envs.flat_world:VectorFlatWorld",
+        "max_episode_steps": 500,
+    },
 }
 
 
 def register_envs() -> None:
-    """Register the grid worlds with Gymnasium; those already there are left alone.
+    """Register the worlds with Gymnasium; those already there are left alone.
 
-    None of them limits its episodes: pass `max_episode_steps` to `gymnasium.make`.
+    Grid worlds do not limit their episodes: pass `max_episode_steps` to `gymnasium.make`.
     """
     for name, spec in _ENVS.items():
         if name not in gym.registry:
