@@ -12,8 +12,9 @@ from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, StateLimitExceeded
 from ltlc.ltl import Formula
 from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
+from ltlc.mdp.figures import figure_text
 from ltlc.mdp.product_exploration import InitialLabel
-from ltlc.mdp.verdict import TOLERANCE, Judge, figure_text
+from ltlc.mdp.verdict import TOLERANCE, Judge
 from ltlc.rewards import RECOMMENDED, SCHEMES, OnDeadlock, OnTermination, RewardScheme, arguments_of, get_scheme
 from ltlc.task import Task
 

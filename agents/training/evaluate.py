@@ -12,8 +12,8 @@ from gymnasium.vector import VectorEnv
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP, RewardProduct, expected_return, optimal_return
 from ltlc.mdp.estimate import Estimate, mean, probability, ratio
+from ltlc.mdp.figures import figure_text
 from ltlc.mdp.measures import from_start
-from ltlc.mdp.verdict import figure_text
 from ltlc.rewards import RewardTables
 
 from ..encoder import ObservationEncoder

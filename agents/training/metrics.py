@@ -15,7 +15,7 @@ from typing import Any
 
 from ltlc.atomic import atomic_write_all
 from ltlc.errors import FileFormatError
-from ltlc.mdp.verdict import figure_text
+from ltlc.mdp.figures import figure_text
 
 from .collect import Episode
 from .contents import Content

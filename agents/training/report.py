@@ -12,7 +12,8 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.faithful import Shortfall
 from ltlc.mdp import LabelledMDP
 from ltlc.mdp.estimate import Estimate
-from ltlc.mdp.verdict import Judge, Line, PolicyVerdict, exact_lines, plain, verdict_values
+from ltlc.mdp.figures import Line, exact_lines, plain, verdict_values
+from ltlc.mdp.verdict import Judge, PolicyVerdict
 
 from ..agent import Agent
 from .evaluate import Rollouts, rollout

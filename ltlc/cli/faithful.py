@@ -87,7 +87,7 @@ def _print(report: FaithfulnessReport, env: str) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from ltlc.mdp.verdict import figure_text
+    from ltlc.mdp.figures import figure_text
 
     most = figure_text(report.maximum, (report.lower, report.upper), digits=6)
     print(f"{report.formula or 'an automaton without a formula'} in {env}: at most {most} is possible.")

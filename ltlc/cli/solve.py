@@ -64,7 +64,8 @@ def solve(
       ltlc solve "!C U A" --env ltlc/Thesis10x10-v0 --prism check
     """
     from ltlc.faithful import shortfall
-    from ltlc.mdp.verdict import Judge, exact_lines
+    from ltlc.mdp.figures import exact_lines
+    from ltlc.mdp.verdict import Judge
     from ltlc.rewards import RECOMMENDED, get_scheme
     from ltlc.task import Task
 
@@ -111,7 +112,7 @@ def _export(folder: str, place: EnvSpec, task: Task) -> Exported:
 
 def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
     """The answer as JSON values; infinities as text."""
-    from ltlc.mdp.verdict import verdict_values
+    from ltlc.mdp.figures import verdict_values
 
     optimum = None if judge.optimum is None else verdict_values(judge.optimum)
     maximum = judge.maximum

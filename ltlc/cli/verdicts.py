@@ -13,14 +13,15 @@ from ltlc.cli.messages import complain
 if TYPE_CHECKING:
     from ltlc.faithful import Shortfall
     from ltlc.mdp.estimate import Estimate
-    from ltlc.mdp.verdict import Judge, Line
+    from ltlc.mdp.figures import Line
+    from ltlc.mdp.verdict import Judge
     from ltlc.prism import Exported
     from ltlc.task import Task
 
 
 def number(value: float | Estimate | None, bounds: tuple[float, float] | None = None) -> str:
     """A figure with its proved bounds, if any, or an interval, in a few characters."""
-    from ltlc.mdp.verdict import figure_text
+    from ltlc.mdp.figures import figure_text
 
     if value is None:
         return ""
@@ -79,7 +80,7 @@ def print_checks(exported: Exported, probability: float) -> None:
 
 def maximum_text(judge: Judge) -> str:
     """Pmax with its bounds, and what that means for learning."""
-    from ltlc.mdp.verdict import figure_text
+    from ltlc.mdp.figures import figure_text
 
     maximum = judge.maximum
     value = maximum.probability

@@ -12,6 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from ltlc.automata import RabinAutomaton
 from ltlc.envs.batch import copied, merge, part
+from ltlc.envs.flat_tables import FlatTables
 from ltlc.envs.labeller import VectorLabeller
 from ltlc.envs.labels import ExtraLabels, LabelSource
 from ltlc.envs.letters import LabelNames
@@ -22,7 +23,6 @@ from ltlc.envs.success import Success
 from ltlc.envs.wrapper import FLAT_INFO, BaseReward, InitialLabel, check_modes, warn_discount_varies
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
-from ltlc.rewards import RewardTables
 from ltlc.task import Task
 
 IntArray = npt.NDArray[np.int64]
@@ -109,13 +109,12 @@ class LTLVectorWrapper(_VectorWrapper):
             self.action_space = batch_space(self.single_action_space, env.num_envs)
         self._base_reward = reward
         self._flat_info = flat_info
-        self._tables = _FlatTables(tables, skip=initial_label == "skip")
-        resettable = isinstance(env.unwrapped, SyncVectorEnv | AsyncVectorEnv) or hasattr(
-            env.unwrapped, "begin_episode"
-        )
+        self._tables = FlatTables(tables, skip=initial_label == "skip")
+        base = env.unwrapped
+        resettable = isinstance(base, SyncVectorEnv | AsyncVectorEnv) or hasattr(base, "begin_episode")
         if self._tables.can_stop and not resettable:
             raise InvalidArgumentError(
-                f"the task can end episodes, but {type(env.unwrapped).__name__} cannot reset single sub-environments "
+                f"the task can end episodes, but {type(base).__name__} cannot reset single sub-environments "
                 '(it has no method begin_episode); make it with vectorization_mode="sync", or use a scheme and an '
                 "on_deadlock that end none"
             )
@@ -346,39 +345,6 @@ class LTLVectorWrapper(_VectorWrapper):
         self._tell(final_info, {key: column.copy() for key, column in ltl.items()}, done)
         infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
         infos["final_info"], infos["_final_info"] = final_info, done.copy()
-        first = self._begin(self.labeller.of(observations, infos, done), done)
-        for key, column in first.items():
+        for key, column in self._begin(self.labeller.of(observations, infos, done), done).items():
             ltl[key][done] = column[done]
         return observations
-
-
-class _FlatTables:
-    """The reward tables as one-dimensional arrays, indexed by state * n_classes + class.
-
-    One more state, `before_episode`, reads the first letter of an episode: nothing is paid there and nothing ends.
-    """
-
-    def __init__(self, tables: RewardTables, skip: bool) -> None:
-        first = tables.initial_state
-        self.n_classes = tables.n_classes
-        self.before_episode = tables.n_states
-        self.letter_class = tables.letter_class.astype(np.int64)
-        self.next_state = _flat(tables.next_state.astype(np.int64), first if skip else tables.next_state[first])
-        self.reward = _flat(tables.reward, 0.0)
-        self.discount = _flat(tables.discount, 1.0)
-        self.violated = _flat(tables.violated, False if skip else tables.violated[first])
-        self.accepted = _flat(tables.accepted, False if skip else tables.accepted[first])
-        self.progress = tables.progress
-        self.stop_reward = _flat(tables.stop_reward, 0.0)
-        self.final = _flat(tables.discount * tables.final_value, 0.0)
-        self.surely = _flat(tables.terminal, False)
-        chance = _flat(np.where(tables.terminal, 0.0, tables.stop), 0.0)
-        self.by_chance = chance if chance.any() else None
-        self.can_stop = bool(tables.stop.any())
-        self.stop_pays = bool((tables.stop_reward[tables.stop > 0] != 0).any())
-
-
-def _flat(table: npt.NDArray[Any], before_episode: Any) -> npt.NDArray[Any]:
-    """A table with the row of `before_episode` below it, as one line."""
-    row = np.broadcast_to(before_episode, table.shape[1:])
-    return np.concatenate([table.ravel(), row]).astype(table.dtype)

@@ -22,7 +22,8 @@ from ltlc.mdp.measures import (
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.policy_evaluation import policy_evaluation
 from ltlc.mdp.policy_iteration import optimal_total_reward, policy_iteration
-from ltlc.mdp.product import EpisodeChain, Product, RewardColumns, RewardProduct
+from ltlc.mdp.product import Product
+from ltlc.mdp.reward_product import EpisodeChain, RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
     MaxSatisfaction,
     PolicySatisfaction,

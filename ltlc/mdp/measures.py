@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ltlc.mdp.chain import MarkovChain
 from ltlc.mdp.explicit import FloatArray
 from ltlc.mdp.policy_iteration import optimal_total_reward
-from ltlc.mdp.product import EpisodeChain, RewardProduct
+from ltlc.mdp.reward_product import EpisodeChain, RewardProduct
 from ltlc.mdp.value_iteration import Solution
 
 Policy: TypeAlias = "npt.ArrayLike | EpisodeChain"

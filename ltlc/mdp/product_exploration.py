@@ -53,7 +53,7 @@ class TransitionTable:
             the index in `machine`, 0 for staying or 1 + the number of the choice, and the machine state then; sorted
             by the first two.
         """
-        if self.commit is None:
+        if self.commit is None or not self.commit.size:
             return np.arange(len(machine)), np.zeros(len(machine), dtype=np.int64), machine
         then = np.column_stack((machine, self.commit[machine]))
         owner, option = np.nonzero(then >= 0)

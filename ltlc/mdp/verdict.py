@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp.estimate import Estimate
 from ltlc.mdp.explicit import IntArray
 from ltlc.mdp.measures import (
     acceptances_per_1000_steps,
@@ -25,8 +23,9 @@ from ltlc.mdp.measures import (
     violations_per_step,
 )
 from ltlc.mdp.model import LabelledMDP
-from ltlc.mdp.product import Product, RewardColumns, RewardProduct
+from ltlc.mdp.product import Product
 from ltlc.mdp.product_exploration import InitialLabel, input_probability
+from ltlc.mdp.reward_product import RewardColumns, RewardProduct
 from ltlc.mdp.satisfaction import (
     MaxSatisfaction,
     PolicySatisfaction,
@@ -37,8 +36,6 @@ from ltlc.mdp.value_iteration import Solution
 
 Bounds = tuple[float, float]
 
-PRECISION = 1e-12
-"""what the linear systems of a verdict leave uncertain of a figure without proved bounds: 0 comes out as 1e-17."""
 TOLERANCE = 1e-3
 """what a policy that is optimal for the rewards may miss of the maximum satisfaction probability, or half of that if it
 is less, before `Judge.falls_short` says so: schemes with a guarantee attain it in a limit only."""
@@ -91,85 +88,6 @@ class PolicyVerdict:
     """expected number of the first accepting step, counted from 1; inf where it may never come."""
     acceptances_per_1000_steps: float
     """accepting steps per 1000 steps in the long run."""
-
-
-class Line(NamedTuple):
-    """One figure of a policy, beside the same one of the best policy."""
-
-    title: str
-    learned: float | Estimate
-    optimum: float | None
-    """of the policy that is optimal for the rewards; None where it is not known."""
-    learned_bounds: Bounds | None = None
-    """proved bounds on `learned`, where there are any."""
-    optimum_bounds: Bounds | None = None
-    """likewise on `optimum`."""
-
-
-EXACT_TITLES = {
-    "satisfaction": "P(formula satisfied)",
-    "discounted_return": "expected return, discounted",
-    "total_return": "expected return, undiscounted",
-    "steps": "steps per episode",
-    "violations_per_episode": "violations per episode",
-    "violations_per_step": "violations per step",
-    "first_acceptance_probability": "P(an accepting step in the episode)",
-    "first_acceptance_steps": "steps to the first acceptance",
-    "acceptances_per_1000_steps": "acceptances per 1000 steps",
-}
-"""titles of the figures of a `PolicyVerdict`, in reading order."""
-
-
-def exact_lines(verdict: PolicyVerdict, optimum: PolicyVerdict | None) -> list[Line]:
-    """The figures of a policy, beside those of the one that is optimal for the rewards."""
-    return [
-        Line(
-            title,
-            getattr(verdict, name),
-            None if optimum is None else getattr(optimum, name),
-            getattr(verdict, f"{name}_bounds", None),
-            getattr(optimum, f"{name}_bounds", None),
-        )
-        for name, title in EXACT_TITLES.items()
-    ]
-
-
-def figure_text(value: float, bounds: Bounds | None = None, *, digits: int = 4) -> str:
-    """A figure in a few characters, never rounded to the 0 or the 1 that it is known not to be.
-
-    Args:
-        value: the figure.
-        bounds: proved bounds on it; None: it is right up to `PRECISION`.
-        digits: that are shown, at least.
-
-    Example:
-        >>> figure_text(5.4e-17), figure_text(5.4e-17, (5.3e-17, 5.5e-17)), figure_text(0.99996)
-        ('0', '5.4e-17', '0.99996')
-    """
-    if math.isinf(value):
-        return "∞" if value > 0 else "-∞"
-    if math.isnan(value):
-        return "undefined"
-    low, high = bounds or (value - PRECISION, value + PRECISION)
-    for limit in (0, 1):
-        if abs(value - limit) <= PRECISION and low <= limit <= high:
-            return str(limit)
-    if value == int(value) and abs(value) < 1e6:
-        return str(int(value))
-    if abs(value) >= 100:
-        return f"{value:.1f}"
-    texts = (f"{value:.{shown}g}" for shown in range(digits, 18))
-    return next((text for text in texts if float(text) != 1), "1")
-
-
-def verdict_values(verdict: PolicyVerdict) -> dict[str, Any]:
-    """The figures as JSON values; infinities as text."""
-    return {name: plain(getattr(verdict, name)) for name in EXACT_TITLES}
-
-
-def plain(value: float | None) -> float | str | None:
-    """A figure as a JSON value."""
-    return value if value is None or math.isfinite(value) else str(value)
 
 
 class Judge:

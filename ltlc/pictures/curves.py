@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.mdp.verdict import figure_text
+from ltlc.mdp.figures import figure_text
 from ltlc.pictures.plotting import INK, LINES, blank, saved, style_axes
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp.verdict import figure_text
+from ltlc.mdp.figures import figure_text
 from ltlc.pictures.plotting import blank, saved
 
 _GREY = "#777777"

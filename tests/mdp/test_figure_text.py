@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from ltlc.mdp import LabelledMDP
-from ltlc.mdp.verdict import PRECISION, Judge, exact_lines, figure_text
+from ltlc.mdp.figures import PRECISION, exact_lines, figure_text
+from ltlc.mdp.verdict import Judge
 from ltlc.task import Task
 
 
