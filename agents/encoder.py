@@ -18,27 +18,44 @@ from ltlc.errors import InvalidArgumentError
 from .config import ObservationInput
 
 JOINT_LIMIT = 4096
-"""the numbers of a MultiDiscrete share one indicator vector if it has at most so many entries, else have one each."""
+"""discrete numbers share one indicator vector if it has at most so many entries, else have one each."""
+COUNTED = 1 << 20
+"""observations are numbered if there are no more."""
+_BASE = 64
+"""a number of more values than `JOINT_LIMIT` is shown by its digits to this base, an indicator vector each."""
 UNBOUNDED = 1e6
 """a Box with a bound beyond this is not scaled."""
+EXACT = 1 << 24
+"""whole numbers up to this are exact in a row of float32."""
+_LONGEST = 1 << 20
+"""numbers of a MultiBinary that are looked at one by one."""
+Path = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
-class _Leaf:
-    """A space without parts, and where it stands in an observation and in a packed row."""
+class Leaf:
+    """A space without parts, and where it stands in an observation, in a packed row and in a network input."""
 
-    path: tuple[str | int, ...]
+    path: Path
     space: spaces.Space[Any]
     kind: type[np.generic]
     """of its numbers in a packed row."""
     columns: slice
+    """of a packed row."""
+    features: slice
+    """of a network input."""
+    sizes: list[int]
+    """how many values each of its numbers has; empty where they are not whole numbers between bounds."""
+    start: npt.NDArray[np.int64]
+    """the least value of each, or of all of them."""
 
 
 class ObservationEncoder:
     """Turns batched observations into packed rows, and packed rows into network inputs.
 
     Discrete and MultiDiscrete become indicator vectors (`one-hot`) or plain numbers (`raw`), MultiBinary 0 and 1. A Box
-    is flattened; where it is bounded, `one-hot` also scales it to [-1, 1]. Dict and Tuple are joined part by part.
+    is flattened; where it is bounded, `one-hot` also scales it to [-1, 1]. Dict and Tuple are joined part by part;
+    texts in them are left out. What a network makes of images and of what has no bounds, `Trunk` says.
 
     Args:
         space: of a single observation.
@@ -48,8 +65,11 @@ class ObservationEncoder:
         width: columns of a packed row.
         dtype: of a packed row: of the numbers if all are of one kind, else uint8, and the columns are their bytes.
         n_features: columns of a network input.
-        n_observations: how many observations there are, or 0 if they are not numbered (parts, numbers that are not
-            discrete, more than `JOINT_LIMIT`).
+        leaves: the parts.
+        discrete: whether all numbers are whole, so that observations can be told from each other by their rows.
+        n_observations: how many observations there are, or 0 if they are not numbered (a part that is not discrete,
+            more than `COUNTED`).
+        ignored: names of the texts that are left out.
 
     Raises:
         InvalidArgumentError: the space has a part that is none of these.
@@ -57,20 +77,25 @@ class ObservationEncoder:
 
     def __init__(self, space: spaces.Space[Any], mode: ObservationInput = "one-hot") -> None:
         self.space, self.mode = space, mode
-        parts = [(path, part, _packed_kind(part)) for path, part in _parts(space, ())]
-        kinds = {kind for _, _, kind in parts}
+        parts = [(path, part) for path, part in _parts(space, ()) if not is_text(part)]
+        self.ignored = [_name(path) for path, part in _parts(space, ()) if is_text(part)]
+        if not parts:
+            raise InvalidArgumentError(f"the agent cannot take observations of {space}, which has no numbers")
+        kinds = {_packed_kind(part) for _, part in parts}
         self._in_bytes = len(kinds) > 1
         self.dtype: npt.DTypeLike = np.uint8 if self._in_bytes else kinds.pop()
-        self._leaves, self.width = [], 0
-        for path, part, kind in parts:
-            start = self.width
-            self.width += math.prod(part.shape or (1,)) * (np.dtype(kind).itemsize if self._in_bytes else 1)
-            self._leaves.append(_Leaf(path, part, kind, slice(start, self.width)))
-        self.n_features = int(self.features(torch.from_numpy(self.pack(_example(space)))).shape[1])
-        self._digits = self._leaves[0].space if len(self._leaves) == 1 else None
-        countable = isinstance(self._digits, spaces.Discrete | spaces.MultiDiscrete)
-        size = math.prod(_sizes(self._digits)) if countable and self._digits is not None else 0
-        self.n_observations = size if size <= JOINT_LIMIT else 0
+        self.leaves: list[Leaf] = []
+        self.width = self.n_features = 0
+        for path, part in parts:
+            kind, sizes = _packed_kind(part), _sizes(part)
+            numbers = math.prod(part.shape or (1,))
+            columns = slice(self.width, self.width + numbers * (np.dtype(kind).itemsize if self._in_bytes else 1))
+            features = slice(self.n_features, self.n_features + n_features(part, mode))
+            self.leaves.append(Leaf(path, part, kind, columns, features, sizes, _start(part)))
+            self.width, self.n_features = columns.stop, features.stop
+        self.discrete = all(leaf.sizes for leaf in self.leaves)
+        self._sizes = [size for leaf in self.leaves for size in leaf.sizes] if self.discrete else []
+        self.n_observations = _product(self._sizes, COUNTED) if self.discrete else 0
 
     def pack(self, observations: Any) -> npt.NDArray[Any]:
         """Packed rows of a batch of observations, shape (batch, width).
@@ -79,7 +104,7 @@ class ObservationEncoder:
             InvalidArgumentError: a number is not finite, or the batch does not fit the space.
         """
         parts = []
-        for leaf in self._leaves:
+        for leaf in self.leaves:
             part = observations
             for key in leaf.path:
                 part = part[key]
@@ -99,29 +124,32 @@ class ObservationEncoder:
 
     def features(self, packed: Tensor) -> Tensor:
         """Network inputs of packed rows, shape (batch, n_features), float32."""
-        parts = [self._leaf_features(leaf.space, self._numbers(leaf, packed)) for leaf in self._leaves]
+        parts = [self._leaf_features(leaf, self._numbers(leaf, packed)) for leaf in self.leaves]
         return parts[0] if len(parts) == 1 else torch.cat(parts, dim=1)
 
     def index(self, packed: Tensor) -> Tensor:
         """Number of each row among the `n_observations`, shape (batch,), int64."""
-        assert self.n_observations and self._digits is not None
-        return _joint_index(_from_zero(self._digits, packed), _sizes(self._digits))
+        assert self.n_observations
+        digits = [_from_zero(leaf, self._numbers(leaf, packed)) for leaf in self.leaves]
+        return _joint_index(digits[0] if len(digits) == 1 else torch.cat(digits, dim=1), self._sizes)
 
     def all_observations(self) -> Any:
         """All `n_observations` as a batch, in the order of `index`."""
-        assert self.n_observations and self._digits is not None
-        digits = np.stack(np.unravel_index(np.arange(self.n_observations), _sizes(self._digits)), axis=1)
-        start = np.asarray(self._digits.start)  # type: ignore[attr-defined]
-        batch: Any = np.asarray(digits.reshape(-1, *(self._digits.shape or ())) + start)
-        for key in reversed(self._leaves[0].path):
-            batch = {key: batch}
-        return batch
+        assert self.n_observations
+        digits = np.stack(np.unravel_index(np.arange(self.n_observations), self._sizes), axis=1)
+        batches, first = {}, 0
+        for leaf in self.leaves:
+            numbers = digits[:, first : first + len(leaf.sizes)] + leaf.start
+            first += len(leaf.sizes)
+            dtype = leaf.space.dtype or np.int64
+            batches[leaf.path] = numbers.astype(dtype).reshape(-1, *(leaf.space.shape or ()))
+        return _assembled(self.space, (), batches)
 
     def all_features(self) -> Tensor:
         """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""
         return self.features(torch.from_numpy(self.pack(self.all_observations())))
 
-    def _numbers(self, leaf: _Leaf, packed: Tensor) -> Tensor:
+    def _numbers(self, leaf: Leaf, packed: Tensor) -> Tensor:
         """What the rows hold of one part."""
         columns = packed[:, leaf.columns]
         if not self._in_bytes:
@@ -129,29 +157,64 @@ class ObservationEncoder:
         kind = torch.from_numpy(np.zeros(0, dtype=leaf.kind)).dtype
         return columns.clone(memory_format=torch.contiguous_format).view(kind)
 
-    def _leaf_features(self, space: spaces.Space[Any], packed: Tensor) -> Tensor:
-        if isinstance(space, spaces.Box):
-            flat = packed.to(torch.float32)
-            low, high = space.low.ravel().astype(np.float64), space.high.ravel().astype(np.float64)
-            bounded = (low > -UNBOUNDED) & (high < UNBOUNDED) & (high > low)
-            if self.mode == "raw" or not bounded.any():
-                return flat
-            low, high = np.where(bounded, low, -1.0), np.where(bounded, high, 1.0)
-            center, radius = (low + high) / 2, (high - low) / 2
-            return (flat - _like(center, flat)) / _like(radius, flat)
-        if isinstance(space, spaces.MultiBinary) or self.mode == "raw":
-            return packed.to(torch.float32)
-        return _one_hot(_from_zero(space, packed), _sizes(space))
+    def _leaf_features(self, leaf: Leaf, packed: Tensor) -> Tensor:
+        if self.mode == "one-hot" and isinstance(leaf.space, spaces.Discrete | spaces.MultiDiscrete):
+            return _one_hot(_from_zero(leaf, packed), leaf.sizes)
+        flat = packed.to(torch.float32)
+        if self.mode == "raw" or not isinstance(leaf.space, spaces.Box):
+            return flat
+        low, high, bounded = bounds_of(leaf.space)
+        if not bounded.any():
+            return flat
+        low, high = np.where(bounded, low, -1.0), np.where(bounded, high, 1.0)
+        center, radius = (low + high) / 2, (high - low) / 2
+        return (flat - _like(center, flat)) / _like(radius, flat)
 
 
-def _parts(
-    space: spaces.Space[Any], path: tuple[str | int, ...]
-) -> Iterator[tuple[tuple[str | int, ...], spaces.Space[Any]]]:
+def n_features(space: spaces.Space[Any], mode: ObservationInput) -> int:
+    """How many numbers describe an observation to a network, worked out without making any."""
+    if isinstance(space, spaces.Dict | spaces.Tuple):
+        parts = space.spaces.values() if isinstance(space, spaces.Dict) else space.spaces
+        return sum(n_features(part, mode) for part in parts)
+    if mode == "one-hot" and isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
+        sizes = _sizes(space)
+        return _product(sizes, JOINT_LIMIT) or sum(sum(_bases(size)) for size in sizes)
+    return 0 if is_text(space) else math.prod(space.shape or ())
+
+
+def is_text(space: spaces.Space[Any]) -> bool:
+    """Whether a space is one of texts, Gymnasium's or somebody's own."""
+    kind = None if space.dtype is None else np.dtype(space.dtype).kind
+    return isinstance(space, spaces.Text) or (space.shape is None and kind == "U")
+
+
+def without_texts(space: spaces.Space[Any]) -> spaces.Space[Any]:
+    """The space with each part that is a text replaced by the same one, whoever's it was."""
+    if isinstance(space, spaces.Dict):
+        parts = {key: without_texts(part) for key, part in space.spaces.items()}
+        return space if all(parts[key] is part for key, part in space.spaces.items()) else spaces.Dict(parts)
+    if isinstance(space, spaces.Tuple):
+        entries = [without_texts(part) for part in space.spaces]
+        return (
+            space if all(new is old for new, old in zip(entries, space.spaces, strict=True)) else spaces.Tuple(entries)
+        )
+    return spaces.Text(1) if is_text(space) else space
+
+
+def bounds_of(space: spaces.Box) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Least and largest value of each number of a Box, and whether they are bounds to scale by; each flattened."""
+    low, high = space.low.ravel().astype(np.float64), space.high.ravel().astype(np.float64)
+    return low, high, (low > -UNBOUNDED) & (high < UNBOUNDED) & (high > low)
+
+
+def _parts(space: spaces.Space[Any], path: Path) -> Iterator[tuple[Path, spaces.Space[Any]]]:
     if isinstance(space, spaces.Dict | spaces.Tuple):
         parts = space.spaces.items() if isinstance(space, spaces.Dict) else enumerate(space.spaces)
         for key, part in parts:
             yield from _parts(part, (*path, key))
-    elif isinstance(space, spaces.Discrete | spaces.MultiDiscrete | spaces.MultiBinary | spaces.Box):
+    elif isinstance(space, spaces.Discrete | spaces.MultiDiscrete | spaces.MultiBinary | spaces.Box) or (
+        path and is_text(space)
+    ):
         yield path, space
     else:
         where = f" (part {path})" if path else ""
@@ -159,6 +222,19 @@ def _parts(
             f"the agent cannot take observations of {space}{where}; it takes Discrete, MultiDiscrete, MultiBinary, Box "
             "and Dict or Tuple of these. Wrap the environment in gymnasium.wrappers.TransformObservation"
         )
+
+
+def _name(path: Path) -> str:
+    return ".".join(map(str, path))
+
+
+def _assembled(space: spaces.Space[Any], path: Path, batches: dict[Path, Any]) -> Any:
+    """A batch of a space, given those of its parts; without texts."""
+    if isinstance(space, spaces.Dict):
+        return {key: _assembled(part, (*path, key), batches) for key, part in space.spaces.items()}
+    if isinstance(space, spaces.Tuple):
+        return tuple(_assembled(part, (*path, i), batches) for i, part in enumerate(space.spaces))
+    return batches.get(path)
 
 
 def _packed_kind(space: spaces.Space[Any]) -> type[np.generic]:
@@ -171,13 +247,42 @@ def _packed_kind(space: spaces.Space[Any]) -> type[np.generic]:
 
 
 def _sizes(space: spaces.Space[Any]) -> list[int]:
-    return [int(space.n)] if isinstance(space, spaces.Discrete) else np.ravel(space.nvec).tolist()  # type: ignore[attr-defined]
+    """How many values each number of a part has; empty where they are not whole, or too large for a packed row."""
+    match space:
+        case spaces.Discrete():
+            return [int(space.n)]
+        case spaces.MultiDiscrete():
+            return [int(size) for size in space.nvec.ravel()]
+        case spaces.MultiBinary():
+            return [2] * math.prod(space.shape) if math.prod(space.shape) <= _LONGEST else []
+        case spaces.Box() if space.dtype is not None and space.dtype.kind in "iub":
+            low, high, _ = bounds_of(space)
+            exact = bool((low >= -EXACT).all() and (high <= EXACT).all())
+            return (high - low + 1).astype(np.int64).tolist() if exact else []
+    return []
 
 
-def _from_zero(space: spaces.Space[Any], packed: Tensor) -> Tensor:
+def _start(space: spaces.Space[Any]) -> npt.NDArray[np.int64]:
+    if isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
+        return np.asarray(space.start, dtype=np.int64).ravel()
+    if isinstance(space, spaces.Box) and _sizes(space):
+        return space.low.ravel().astype(np.int64)
+    return np.zeros(1, dtype=np.int64)
+
+
+def _from_zero(leaf: Leaf, packed: Tensor) -> Tensor:
     """The discrete numbers of packed rows, counted from 0."""
-    start = torch.as_tensor(np.asarray(space.start).ravel(), device=packed.device)  # type: ignore[attr-defined]
-    return packed.to(torch.int64) - start
+    return packed.to(torch.int64) - torch.as_tensor(leaf.start, device=packed.device)
+
+
+def _product(sizes: list[int], most: int) -> int:
+    """The product of all sizes; 0 if it is more than `most`."""
+    product = 1
+    for size in sizes:
+        product *= size
+        if product > most:
+            return 0
+    return product
 
 
 def _joint_index(digits: Tensor, sizes: list[int]) -> Tensor:
@@ -187,24 +292,30 @@ def _joint_index(digits: Tensor, sizes: list[int]) -> Tensor:
     return index
 
 
+def _bases(size: int) -> list[int]:
+    """Sizes of the indicator vectors that show a number of so many values, the last one first."""
+    if size <= JOINT_LIMIT:
+        return [size]
+    digits = []
+    while size > 1:
+        digits.append(min(size, _BASE))
+        size = -(-size // _BASE)
+    return digits
+
+
 def _one_hot(digits: Tensor, sizes: list[int]) -> Tensor:
     """Indicator vectors of rows of digits: one of the whole row where that is small enough, else one per digit."""
-    if math.prod(sizes) <= JOINT_LIMIT:
-        return torch.nn.functional.one_hot(_joint_index(digits, sizes), math.prod(sizes)).to(torch.float32)
-    columns = [torch.nn.functional.one_hot(digits[:, i], size) for i, size in enumerate(sizes)]
+    joint = _product(sizes, JOINT_LIMIT)
+    if joint:
+        return torch.nn.functional.one_hot(_joint_index(digits, sizes), joint).to(torch.float32)
+    columns = []
+    for i, size in enumerate(sizes):
+        rest = digits[:, i]
+        for base in _bases(size):
+            columns.append(torch.nn.functional.one_hot(rest % base if size > JOINT_LIMIT else rest, base))
+            rest = rest // _BASE
     return torch.cat(columns, dim=1).to(torch.float32)
 
 
 def _like(values: npt.NDArray[np.float64], tensor: Tensor) -> Tensor:
     return torch.as_tensor(values, dtype=tensor.dtype, device=tensor.device)
-
-
-def _example(space: spaces.Space[Any]) -> Any:
-    """A batch of one valid observation, made without drawing random numbers."""
-    if isinstance(space, spaces.Dict):
-        return {key: _example(part) for key, part in space.spaces.items()}
-    if isinstance(space, spaces.Tuple):
-        return tuple(_example(part) for part in space.spaces)
-    if isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
-        return np.asarray(space.start)[None]
-    return np.zeros((1, *(space.shape or ())), dtype=space.dtype)

@@ -256,7 +256,7 @@ class ValueAgent(ABC):
             "observation_space": plain_space(self.encoder.space),
             "n_actions": self.n_actions,
             "tables": tables_to_tensors(self.tables),
-            "policy_network": self.policy_network.state_dict(),
+            "policy_network": self.policy_state(),
         }, run)  # fmt: skip
 
     @classmethod
@@ -278,7 +278,7 @@ class ValueAgent(ABC):
         tables, n_actions = tables_of(content["tables"]), content["n_actions"].count(1)
         cls.check_size(content["policy_network"], config, space, tables.n_states, n_actions)
         agent = cls(space, n_actions, tables, cls.placed(config, device))
-        agent.load_policy(content["policy_network"].state_of(agent.policy_network))
+        agent.load_policy(agent.check_policy(content["policy_network"]))
         return agent
 
     @classmethod
@@ -301,6 +301,14 @@ class ValueAgent(ABC):
     def placed(cls, config: Any, device: str | None) -> Any:
         """Return the configuration for a device; None: for the one it names, if it is there."""
         return config
+
+    def policy_state(self) -> dict[str, Tensor]:
+        """Return the values of the policy network, for a file."""
+        return self.policy_network.state_dict()
+
+    def check_policy(self, content: Content) -> dict[str, Tensor]:
+        """Check and return what `policy_state` gave, read from a file; raises FileFormatError."""
+        return content.state_of(self.policy_network)
 
     def load_policy(self, state: dict[str, Any]) -> None:
         """Take over the values of a policy network."""

@@ -15,8 +15,8 @@ from torch import Tensor
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
-from ..encoder import ObservationEncoder
-from ..training.contents import Content, check_optimizer, n_features, numbers_in
+from ..encoder import ObservationEncoder, n_features
+from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
 from ..value_agent import ValueAgent
 from .config import DQNConfig

@@ -14,25 +14,30 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
 from ..encoder import ObservationEncoder
-from ..training.contents import Content, n_features, numbers_in
+from ..training.contents import Content
+from ..training.memory import check_memory
 from ..value_agent import ValueAgent
 from .config import FittedQConfig
-from .table import GROWTH, LARGEST, LAST_SWEEPS, SWEEPS, QTable, VisitCounts, fit
+from .numbering import Numbering
+from .table import BYTES_PER_ENTRY, LARGEST, LAST_SWEEPS, SWEEPS, QTable, VisitCounts, fit
 
 _TIE = 1e-12
 """values of a table that differ by less are alike, in units of the reward scale."""
-_WANDERING = 0.2
-"""probability of a random action of those that go where little was tried."""
+_WANDERING = (0.0, 0.05, 0.2)
+"""probability of a random action of those that go where little was tried, in turns: some never stray from the way, lest
+what takes many right steps in a row is not found."""
+_LAST_ROUND = 10_000
+"""observations that may be seen when all sub-environments step once more."""
 
 
 class FittedQ(ValueAgent):
-    """Fitted Q iteration of one task with a table of values; for observations that can be numbered.
+    """Fitted Q iteration of one task with a table of values; for observations of whole numbers.
 
-    Nothing is approximated, so that rewards can be told apart that differ by a hundred thousandth, as the schemes that
-    maximise the probability of satisfaction need it.
+    The table has a row for each observation that was seen. Nothing is approximated, so that rewards can be told apart
+    that differ by a hundred thousandth, as the schemes that maximise the probability of satisfaction need it.
 
     Args:
-        observation_space: see `ValueAgent`; discrete.
+        observation_space: see `ValueAgent`; of whole numbers.
         n_actions: see `ValueAgent`.
         tables: see `ValueAgent`.
         config: hyperparameters.
@@ -61,11 +66,15 @@ class FittedQ(ValueAgent):
     ) -> None:
         super().__init__(observation_space, n_actions, tables, config)
         self._config = config
-        obstacle = why_no_table(self.encoder, self.tables.n_states, n_actions)
+        obstacle = why_no_table(self.encoder, self.tables.n_states, n_actions, config.total_steps)
         if obstacle:
             raise InvalidArgumentError(f"{obstacle}; take the agent 'double-dqn'")
-        self.table = QTable(self.encoder.n_observations, self.tables.n_states, n_actions)
+        self.table = QTable(self._numbering(), self.tables.n_states, n_actions)
         self.policy_network = self.table
+
+    def _numbering(self) -> Numbering:
+        most = most_observations(self.encoder, self.config.total_steps)
+        return Numbering(self.encoder.width, self.encoder.dtype, most)
 
     @property
     def config(self) -> FittedQConfig:
@@ -73,12 +82,20 @@ class FittedQ(ValueAgent):
         return self._config
 
     def network_inputs(self, packed: Tensor) -> Tensor:
-        """Number packed observations, shape (batch,)."""
-        return self.encoder.index(packed)
+        """Find the rows of packed observations, shape (batch,)."""
+        return torch.from_numpy(self.table.find(packed.numpy()))
+
+    def check_memory(self, num_envs: int, *, copied: bool) -> None:
+        """Check that the table fits into memory if every step shows something new; see `ValueAgent`."""
+        most = most_observations(self.encoder, self.config.total_steps)
+        needed = BYTES_PER_ENTRY * most * len(self.tensor_tables.learned) * self.n_actions
+        check_memory(
+            f"a table of up to {most} observations", needed, "cpu", "lower total_steps, or take the agent 'double-dqn'"
+        )
 
     def new_memory(self, num_envs: int) -> VisitCounts:
         """Make the empty experience."""
-        return VisitCounts(self.encoder, self.n_actions, self.tables.n_classes)
+        return VisitCounts(self._numbering(), self.n_actions, self.tables.n_classes)
 
     @torch.no_grad()
     def explore(
@@ -86,24 +103,25 @@ class FittedQ(ValueAgent):
     ) -> npt.NDArray[np.int64]:
         """Choose actions for training, shape (batch,).
 
-        The first `epsilon` of the batch mostly go where little was tried, and the others are greedy but for what the
-        values may be wrong by. Draws the same amount from the generator whatever happens.
+        The first `epsilon` of the batch go where little was tried, some of them with random steps in between, and the
+        others are greedy but for what the values may be wrong by. Draws the same amount from the generator whatever
+        happens.
         """
-        n, row = len(packed), self.encoder.index(torch.from_numpy(packed))
+        n, row = len(packed), torch.from_numpy(self.table.find(packed))
         random = torch.randint(self.n_actions, (n,), generator=generator)
         chance = torch.rand(n, generator=generator, dtype=torch.float64)
         uncertainty = self.table.uncertainty[row].repeat(1, self.tensor_tables.n_options)
         known = self.evaluate(self.table, packed, states) + uncertainty
         bonus = self.table.exploration_bonus[row, torch.from_numpy(states)]
         known, bonus = (v + _TIE * torch.rand(v.shape, generator=generator, dtype=v.dtype) for v in (known, bonus))
-        seeker = torch.where(chance < _WANDERING, random, bonus.argmax(dim=-1))
+        wandering = torch.tensor(_WANDERING, dtype=torch.float64)[torch.arange(n) % len(_WANDERING)]
+        seeker = torch.where(chance < wandering, random, bonus.argmax(dim=-1))
         seeks = torch.arange(n) + 0.5 < epsilon * n
         return torch.where(seeks, seeker, known.argmax(dim=-1)).numpy()
 
     def learn(self, memory: VisitCounts, steps: int, rounds: int, generator: torch.Generator) -> list[float]:
         """Fit the table, if there is enough new experience; returns the largest change of the last sweep."""
-        due = len(memory) >= max(self.config.learning_starts, GROWTH * memory.fitted)
-        return [self.fit(memory)] if due else []
+        return [self.fit(memory)] if len(memory) >= self.config.learning_starts and memory.due else []
 
     def finish(self, memory: VisitCounts) -> None:
         """Fit the table until nothing changes any more."""
@@ -120,12 +138,12 @@ class FittedQ(ValueAgent):
         learned, scale = self.tensor_tables.learned.numpy(), self.tensor_tables.scale
         change = fit(self.table, memory, self.tables, learned, scale, LAST_SWEEPS if to_the_end else SWEEPS)
         self.updates += 1
-        memory.fitted = len(memory)
+        memory.fitted, memory.fitted_rows = len(memory), len(memory.numbering)
         return change
 
     def state_dict(self) -> dict[str, Any]:
         """Return everything that learning changes, as tensors and numbers."""
-        return {"policy_network": self.table.state_dict(), "updates": self.updates}
+        return {"policy_network": self.policy_state(), "updates": self.updates}
 
     def check_state(self, content: Content) -> None:
         """Check what `state_dict` gave, read from a file.
@@ -133,28 +151,52 @@ class FittedQ(ValueAgent):
         Raises:
             FileFormatError: it is of another agent.
         """
-        content["policy_network"].state_of(self.table)
+        self.check_policy(content["policy_network"])
         content["updates"].count()
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go back to what `state_dict` gave."""
-        self.table.load_state_dict(state["policy_network"])
+        self.load_policy(state["policy_network"])
         self.updates = int(state["updates"])
+
+    def policy_state(self) -> dict[str, Tensor]:
+        """Return the table and the observations of its rows, for a file."""
+        return self.table.content()
+
+    def check_policy(self, content: Content) -> dict[str, Tensor]:
+        """Check and return what `policy_state` gave, read from a file; raises FileFormatError."""
+        return self.table.check_content(content)
+
+    def load_policy(self, state: dict[str, Tensor]) -> None:
+        """Go back to what `policy_state` gave."""
+        self.table.load_content(state)
 
     @classmethod
     def check_size(
         cls, network: Content, config: FittedQConfig, space: spaces.Space[Any], n_states: int, n_actions: int
     ) -> None:
-        """Check that a table can be made, and has no more entries than the file; see `ValueAgent`."""
-        held = numbers_in(network)
-        network.check(n_features(space, "one-hot") <= held, "has fewer entries than there are observations")
-        obstacle = why_no_table(ObservationEncoder(space), n_states, n_actions)
+        """Check that a table can be made; an empty one is, whatever the file says. See `ValueAgent`."""
+        obstacle = why_no_table(ObservationEncoder(space), n_states, n_actions, config.total_steps)
         network.check(not obstacle, f"cannot be: {obstacle}")
 
 
-def why_no_table(encoder: ObservationEncoder, n_states: int, n_actions: int) -> str:
-    """Say why a table of values cannot be kept; empty if it can."""
-    if not encoder.n_observations:
+def why_no_table(encoder: ObservationEncoder, n_states: int, n_actions: int, steps: int | None = None) -> str:
+    """Say why a table of values cannot be kept; empty if it can.
+
+    Args:
+        encoder: of the observations.
+        n_states: table states.
+        n_actions: actions.
+        steps: environment steps that show observations; None: it is to have room for all there can be.
+    """
+    if not encoder.discrete or (steps is None and not encoder.n_observations):
         return f"the observations {encoder.space} cannot be numbered"
-    entries = encoder.n_observations * n_states * n_actions
+    most = encoder.n_observations if steps is None else most_observations(encoder, steps)
+    entries = most * n_states * n_actions
     return f"a table would have {entries} entries, more than {LARGEST}" if entries > LARGEST else ""
+
+
+def most_observations(encoder: ObservationEncoder, steps: int) -> int:
+    """How many observations can be seen in so many environment steps, the first ones of episodes included."""
+    shown = 2 * steps + _LAST_ROUND
+    return min(encoder.n_observations or shown, shown)

@@ -1,4 +1,4 @@
-"""Q-learning where observations can be numbered: a table of values, fitted to all the experience there is."""
+"""A table of values with a row for each observation that was seen, fitted to all the experience there is."""
 
 from __future__ import annotations
 
@@ -15,35 +15,50 @@ from torch import Tensor, nn
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
-from ..encoder import ObservationEncoder
 from ..training.contents import Content
 from ..transitions import TransitionBatch
+from .numbering import Numbering
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 
-LARGEST = 500_000
+LARGEST = 50_000_000
 """entries of a table, at most."""
+BYTES_PER_ENTRY = 64
+"""of memory while it is fitted: values, novelty, their successors, and what follows each of them."""
 GROWTH = 1.2
 """a table is fitted anew whenever there is this many times the experience of the last fit."""
+NEWS, SOONER = 1.05, 1.02
+"""so it is where this many times the observations were seen, when there is so many times the experience."""
 SWEEPS, LAST_SWEEPS = 1_000, 100_000
 """sweeps of a fit at most, while training and at its end."""
 WORK = 5e9
 """multiplications of a fit that may have more than `SWEEPS` sweeps, at most: some ten seconds."""
+WORK_BETWEEN, FEWEST_SWEEPS = 5e8, 100
+"""multiplications of a fit while training, at most, where that leaves so many sweeps."""
 TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
 FAR = 0.95
 """discount of novelty that lies ahead."""
+_NUMBERS = ("added", "fitted", "fitted_rows")
+"""of the experience, that are kept in checkpoints."""
 _NOVELTY_SWEEPS = 100
 _SWEEPS_PER_CHECK = 50
 
 
 class QTable(nn.Module):
-    """A value for every observation, table state and action; takes the place of a `QNetwork`.
+    """A value for every observation seen, table state and action; takes the place of a `QNetwork`.
+
+    The last row is that of all observations that were not seen when the table was fitted: their values are 0.
+
+    Args:
+        numbering: of the observations; those that it gets later are unknown until the table is fitted.
+        n_states: table states.
+        n_actions: actions.
 
     Attributes:
-        values: shape (n_observations, n_states, n_actions), float64, in units of the reward scale.
-        uncertainty: shape (n_observations, n_actions), float64, likewise; how wrong the values may be for want of
+        values: shape (n_rows + 1, n_states, n_actions), float64, in units of the reward scale.
+        uncertainty: shape (n_rows + 1, n_actions), float64, likewise; how wrong the values may be for want of
             experience.
         exploration_bonus: shape of `values`, float64; how much that was seldom tried lies ahead.
     """
@@ -52,43 +67,92 @@ class QTable(nn.Module):
     uncertainty: Tensor
     exploration_bonus: Tensor
 
-    def __init__(self, n_observations: int, n_states: int, n_actions: int) -> None:
+    def __init__(self, numbering: Numbering, n_states: int, n_actions: int) -> None:
         super().__init__()
         self.n_states, self.n_actions = n_states, n_actions
-        shape = (n_observations, n_states, n_actions)
-        self.register_buffer("values", torch.zeros(shape, dtype=torch.float64))
-        self.register_buffer("uncertainty", torch.zeros((n_observations, n_actions), dtype=torch.float64))
-        self.register_buffer("exploration_bonus", torch.zeros(shape, dtype=torch.float64))
+        self.numbering = numbering
+        self.clear(0)
 
-    def forward(self, observations: Tensor, states: Tensor | None = None) -> Tensor:
+    @property
+    def n_rows(self) -> int:
+        """Observations that had been seen when the table was fitted."""
+        return len(self.values) - 1
+
+    def clear(self, n_rows: int) -> None:
+        """Make room for so many observations; all is 0."""
+        for name, shape in self._shapes(n_rows).items():
+            self.register_buffer(name, torch.zeros(shape, dtype=torch.float64))
+
+    def find(self, packed: npt.NDArray[Any]) -> IntArray:
+        """Return the row of each packed observation, shape (batch,)."""
+        return np.minimum(self.numbering.find(packed), self.n_rows)
+
+    def forward(self, rows: Tensor, states: Tensor | None = None) -> Tensor:
         """Values of the actions.
 
         Args:
-            observations: shape (batch,), int64; their numbers.
+            rows: shape (batch,), int64; see `find`.
             states: shape (batch,); table state of each, or None for all of them.
 
         Returns:
             Shape (batch, n_actions), or (batch, n_states, n_actions) if all states were asked for.
         """
-        return self.values[observations] if states is None else self.values[observations, states]
+        return self.values[rows] if states is None else self.values[rows, states]
+
+    def content(self) -> dict[str, Tensor]:
+        """The table and the observations of its rows."""
+        return {"observations": self.numbering.rows(self.n_rows), **self.state_dict()}
+
+    def check_content(self, content: Content) -> dict[str, Tensor]:
+        """Check and return what `content` gave, read from a file.
+
+        Raises:
+            FileFormatError: it is of another table.
+        """
+        shapes = self._shapes(self.numbering.check(content["observations"]))
+        content.check(content.members().keys() == {"observations", *shapes}, "is of another kind of table")
+        return {"observations": content["observations"].value} | {
+            name: content[name].tensor(torch.float64, shape) for name, shape in shapes.items()
+        }
+
+    def load_content(self, content: dict[str, Tensor]) -> None:
+        """Go back to what `content` gave."""
+        self.numbering = Numbering(self.numbering.width, self.numbering.dtype, self.numbering.capacity)
+        self.numbering.load(content["observations"])
+        self.clear(len(content["observations"]))
+        self.load_state_dict({name: content[name] for name in self._shapes(0)})
+
+    def _shapes(self, n_rows: int) -> dict[str, tuple[int, ...]]:
+        each = (n_rows + 1, self.n_states, self.n_actions)
+        return {"values": each, "uncertainty": (n_rows + 1, self.n_actions), "exploration_bonus": each}
 
 
 class VisitCounts:
     """Environment steps, equal ones counted; takes the place of a `ReplayBuffer`, but forgets nothing.
 
     Args:
-        encoder: of the observations, which are numbered.
+        numbering: of the observations, empty.
         n_actions: number of actions.
         n_classes: number of letter classes.
+
+    Raises:
+        InvalidArgumentError: there could be more different steps than can be numbered.
     """
 
-    def __init__(self, encoder: ObservationEncoder, n_actions: int, n_classes: int) -> None:
-        self.encoder = encoder
-        self.shape = (encoder.n_observations, n_actions, encoder.n_observations, n_classes, 2)
+    def __init__(self, numbering: Numbering, n_actions: int, n_classes: int) -> None:
+        self.numbering = numbering
+        self.shape = (numbering.capacity, n_actions, numbering.capacity, n_classes, 2)
+        if math.prod(self.shape) >= 2**63:
+            raise InvalidArgumentError(
+                f"{numbering.capacity} observations, {n_actions} actions and {n_classes} classes of letters are too "
+                "many for a table; take the agent 'double-dqn'"
+            )
         self.added = 0
         """steps ever added."""
         self.fitted = 0
         """steps there were when a table was last fitted."""
+        self.fitted_rows = 0
+        """observations there were then."""
         self._key: IntArray = np.zeros(0, dtype=np.int64)
         self._count: FloatArray = np.zeros(0)
         self._paid: FloatArray = np.zeros(0)
@@ -96,6 +160,12 @@ class VisitCounts:
 
     def __len__(self) -> int:
         return self.added
+
+    @property
+    def due(self) -> bool:
+        """Whether there is enough that is new for the table to be fitted."""
+        news = len(self.numbering) > NEWS * self.fitted_rows and self.added >= SOONER * self.fitted
+        return news or self.added >= GROWTH * self.fitted
 
     def add(self, steps: TransitionBatch) -> None:
         """Count steps.
@@ -105,10 +175,7 @@ class VisitCounts:
         """
         if not np.isfinite(steps.base_reward).all():
             raise TrainingDiverged("the environment pays rewards that are NaN or infinite; repair or wrap it")
-        observation, following = (
-            self.encoder.index(torch.from_numpy(packed)).numpy()
-            for packed in (steps.observation, steps.next_observation)
-        )
+        observation, following = self.numbering.add(steps.observation), self.numbering.add(steps.next_observation)
         parts = (observation, steps.action, following, steps.letter_class, steps.terminated.astype(np.int64))
         self._new.append((np.ravel_multi_index(parts, self.shape).astype(np.int64), steps.base_reward))
         self.added += len(steps.action)
@@ -117,8 +184,9 @@ class VisitCounts:
         """What was seen to follow each observation and action."""
         self._merge()
         observation, action, following, letter_class, terminated = np.unravel_index(self._key, self.shape)
-        pair = action * self.shape[0] + observation
-        tries = _sums(pair, self._count, self.shape[0] * self.shape[1])
+        n_rows = len(self.numbering)
+        pair = action * n_rows + observation
+        tries = _sums(pair, self._count, n_rows * self.shape[1])
         weight = self._count / tries[pair]
         return Outcomes(tries, pair, following, letter_class, terminated == 1, weight, self._paid / self._count)
 
@@ -133,11 +201,12 @@ class VisitCounts:
         self._new = []
 
     def state_dict(self) -> dict[str, Tensor]:
-        """The counts."""
+        """The counts, and the observations they are of."""
         self._merge()
         arrays = {"key": self._key, "count": self._count, "paid": self._paid}
-        numbers = {"added": torch.tensor(self.added), "fitted": torch.tensor(self.fitted)}
-        return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()} | numbers
+        numbers = {name: torch.tensor(getattr(self, name)) for name in _NUMBERS}
+        rows = {"observations": self.numbering.rows()}
+        return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()} | numbers | rows
 
     def check_state(self, content: Content) -> None:
         """Check what `state_dict` gave, read from a file.
@@ -145,14 +214,18 @@ class VisitCounts:
         Raises:
             FileFormatError: the counts are of something else.
         """
-        names = {"key", "count", "paid", "added", "fitted"}
+        names = {"key", "count", "paid", "observations", *_NUMBERS}
         content.check(content.members().keys() == names, "is of another kind of experience")
         key, count = content["key"].indices(torch.int64, None, math.prod(self.shape)), content["count"]
+        seen = self.numbering.check(content["observations"])
+        observation, _, following, _, _ = np.unravel_index(key.numpy(), self.shape)
+        known = max(observation.max(initial=-1), following.max(initial=-1)) < seen
+        content["key"].check(bool(known), "has a step of an observation that is not listed")
         content["key"].check(key.ndim == 1 and bool((key.diff() > 0).all()), "is not a list in ascending order")
         for part in (count, content["paid"]):
             part.tensor(torch.float64, tuple(key.shape))
         count.check(bool((count.value >= 1).all()), "has a number below 1")
-        for name in ("added", "fitted"):
+        for name in _NUMBERS:
             content[name].indices(torch.int64, (), 2**62)
 
     def load_state_dict(self, state: dict[str, Tensor]) -> None:
@@ -161,11 +234,13 @@ class VisitCounts:
         Raises:
             InvalidArgumentError: the counts are of something else.
         """
-        if "key" not in state or (state["key"].numpy() >= np.prod(self.shape)).any():
+        if "key" not in state or state["observations"].shape[1:] != (self.numbering.width,):
             raise InvalidArgumentError("the experience in the checkpoint is of another kind")
+        self.numbering.load(state["observations"])
         self._key, self._count, self._paid = (state[name].numpy().copy() for name in ("key", "count", "paid"))
         self._new = []
-        self.added, self.fitted = int(state["added"]), int(state["fitted"])
+        for name in _NUMBERS:
+            setattr(self, name, int(state[name]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +248,9 @@ class Outcomes:
     """What was seen to follow each observation and action: an entry of the arrays for each outcome."""
 
     tries: FloatArray
-    """shape (n_actions * n_observations,); how often each action was tried at each observation."""
+    """shape (n_actions * n_rows,); how often each action was tried at each observation."""
     pair: IntArray
-    """what it is an outcome of: action * n_observations + observation."""
+    """what it is an outcome of: action * n_rows + observation."""
     following: IntArray
     """the next observation."""
     letter_class: IntArray
@@ -212,12 +287,11 @@ def fit(
         2008, https://doi.org/10.1016/j.jcss.2007.08.009 (credit of 1 / sqrt(times tried) for exploration).
     """
     outcomes, k = counts.outcomes(), len(learned)
-    n_observations, _, n_actions = table.values.shape
-    shape = (n_actions, n_observations, k)
+    shape = (table.n_actions, len(counts.numbering), k)
     reward, steps, position = _targets(outcomes, tables, learned, shape)
     reward /= scale
     values, change = np.zeros(shape), np.inf
-    for sweep in range(min(sweeps, max(SWEEPS, int(WORK / max(steps.nnz, 1))))):
+    for sweep in range(_affordable(sweeps, steps.nnz)):
         new = reward + (steps @ _best(values.max(axis=0), tables, learned, position).ravel()).reshape(shape)
         if sweep % _SWEEPS_PER_CHECK == 0:
             change = float(np.abs(new - values).max())
@@ -229,11 +303,24 @@ def fit(
     for _ in range(_NOVELTY_SWEEPS):
         novelty = rare[..., None] + FAR * (steps @ novelty.max(axis=0).ravel()).reshape(shape)
         novelty[rare == 1] = 1 / (1 - FAR)  # never tried: as good as anything can be
+    largest = np.abs(values).max(initial=0.0)
+    table.numbering = counts.numbering
+    table.clear(shape[1])
     columns = torch.from_numpy(learned)
-    table.values[:, columns] = torch.from_numpy(values.transpose(1, 2, 0))
-    table.exploration_bonus[:, columns] = torch.from_numpy(novelty.transpose(1, 2, 0))
-    table.uncertainty[:] = torch.from_numpy(np.abs(values).max() * rare.T)
+    table.values[:-1, columns] = torch.from_numpy(values.transpose(1, 2, 0))
+    table.exploration_bonus[:-1, columns] = torch.from_numpy(novelty.transpose(1, 2, 0))
+    table.exploration_bonus[-1] = 1 / (1 - FAR)
+    table.uncertainty[:-1] = torch.from_numpy(largest * rare.T)
+    table.uncertainty[-1] = largest
     return change
+
+
+def _affordable(sweeps: int, multiplications: int) -> int:
+    """How many sweeps of so many multiplications a fit may have."""
+    each = max(multiplications, 1)
+    if sweeps > SWEEPS:
+        return min(sweeps, max(SWEEPS, int(WORK / each)))
+    return min(sweeps, max(FEWEST_SWEEPS, int(WORK_BETWEEN / each)))
 
 
 def _targets(
@@ -242,7 +329,7 @@ def _targets(
     """What `fit` repeats in each sweep.
 
     Returns:
-        Mean rewards, what the end of the environment is worth included, shape (n_actions, n_observations, n_learned);
+        Mean rewards, what the end of the environment is worth included, shape (n_actions, n_rows, n_learned);
         mean weights of what follows, a matrix from these entries to (observation, learned state); and the position of
         each state among those learned.
     """
@@ -264,7 +351,7 @@ def _targets(
 
 
 def _best(values: FloatArray, tables: RewardTables, learned: IntArray, position: IntArray) -> FloatArray:
-    """Values of the states after the best choice of a pair, where there is one; shape (n_observations, n_learned)."""
+    """Values of the states after the best choice of a pair, where there is one; shape (n_rows, n_learned)."""
     if not tables.n_choices:
         return values
     best = values.copy()

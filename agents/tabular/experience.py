@@ -83,7 +83,7 @@ class Experience:
             interface = Interface.of(wrapper)
         check_choices(wrapper.task)
         self._encoder = ObservationEncoder(interface.space)
-        if not self._encoder.n_observations:
+        if not 0 < self._encoder.n_observations <= JOINT_LIMIT:
             raise InvalidArgumentError(
                 f"tabular learning needs observations that are discrete, {JOINT_LIMIT} of them at most; this "
                 f'environment shows {interface.space}. Take the agent "double-dqn"'

@@ -16,8 +16,8 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
 from ..config import AgentConfig
-from ..encoder import ObservationEncoder
-from ..training.contents import n_features, space_of, tables_of
+from ..encoder import ObservationEncoder, n_features
+from ..training.contents import space_of, tables_of
 from ..training.storage import plain_space, read_file, tables_to_tensors, write_file
 from .experience import Experience, check_choices
 

@@ -16,7 +16,7 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
-from ..encoder import ObservationEncoder
+from ..encoder import ObservationEncoder, without_texts
 from ..transitions import TransitionBatch
 from .shortcomings import Seen
 
@@ -75,7 +75,7 @@ class Interface:
             space = _base_space(wrapper, space)
         n_actions = int(actions.n) // (1 if wrapper is None else 1 + wrapper.task.tables.n_choices)
         mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        return cls(env, wrapper, space, n_actions, mode)
+        return cls(env, wrapper, without_texts(space), n_actions, mode)
 
     @property
     def tables(self) -> RewardTables | None:

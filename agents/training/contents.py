@@ -21,8 +21,7 @@ from torch import Tensor, nn
 from ltlc.errors import FileFormatError, LtlcError
 from ltlc.rewards import RewardTables
 
-from ..config import AgentConfig, ObservationInput
-from ..encoder import JOINT_LIMIT
+from ..config import AgentConfig
 
 Config = TypeVar("Config", bound=AgentConfig)
 
@@ -245,6 +244,8 @@ def space_of(content: Content) -> spaces.Space[Any]:
                 content.check(low.shape == high.shape, "has bounds of different shapes")
                 content.check(bool((low <= high).all()), "has a lower bound above the upper one")
                 return spaces.Box(low, high, dtype=np.dtype(dtype.value).type)
+            case "Text":
+                return spaces.Text(1)
             case "Dict":
                 parts = content["parts"]
                 parts.check(bool(parts.members()), "is empty")
@@ -258,20 +259,6 @@ def space_of(content: Content) -> spaces.Space[Any]:
             raise
         content.fail(f"is no space: {error}")
     content["kind"].fail(f"is {kind!r}, which is no kind of space")
-
-
-def n_features(space: spaces.Space[Any], mode: ObservationInput) -> int:
-    """How many numbers describe an observation to a network, worked out without making any."""
-    match space:
-        case spaces.Dict() | spaces.Tuple():
-            parts = space.spaces.values() if isinstance(space, spaces.Dict) else space.spaces
-            return sum(n_features(part, mode) for part in parts)
-        case spaces.Discrete() if mode == "one-hot":
-            return int(space.n)
-        case spaces.MultiDiscrete() if mode == "one-hot":
-            sizes = space.nvec.ravel().tolist()
-            return math.prod(sizes) if math.prod(sizes) <= JOINT_LIMIT else sum(sizes)
-    return math.prod(space.shape or ())
 
 
 def _integers(content: Content, least: int) -> npt.NDArray[np.int64]:

@@ -144,6 +144,8 @@ def plain_space(space: spaces.Space[Any]) -> dict[str, Any]:
         case spaces.Box():
             bounds = {"low": torch.from_numpy(space.low.copy()), "high": torch.from_numpy(space.high.copy())}
             return {"kind": "Box", "dtype": np.dtype(space.dtype).name, **bounds}
+        case spaces.Text():
+            return {"kind": "Text"}
         case spaces.Dict():
             return {"kind": "Dict", "parts": {key: plain_space(part) for key, part in space.spaces.items()}}
         case spaces.Tuple():

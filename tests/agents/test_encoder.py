@@ -8,7 +8,7 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector.utils import batch_space
 
-from ltlc.agents.encoder import JOINT_LIMIT, ObservationEncoder
+from ltlc.agents.encoder import COUNTED, JOINT_LIMIT, ObservationEncoder, n_features, without_texts
 from ltlc.errors import InvalidArgumentError
 
 SPACES = [
@@ -77,7 +77,7 @@ def test_discrete_numbers_become_one_joint_indicator() -> None:
 
 def test_many_discrete_numbers_get_an_indicator_each() -> None:
     encoder = ObservationEncoder(spaces.MultiDiscrete([JOINT_LIMIT, 2]))
-    assert encoder.n_features == JOINT_LIMIT + 2 and encoder.n_observations == 0
+    assert encoder.n_features == JOINT_LIMIT + 2 and encoder.n_observations == 2 * JOINT_LIMIT
     inputs = features(encoder, np.array([[5, 1]]))
     assert np.flatnonzero(inputs[0]).tolist() == [5, JOINT_LIMIT + 1]
 
@@ -101,7 +101,11 @@ def test_images_are_kept_as_bytes() -> None:
 
 
 def test_spaces_without_a_fixed_size_are_refused() -> None:
-    with pytest.raises(InvalidArgumentError, match=r"cannot take observations of Text.*part \('words',\)"):
+    with pytest.raises(InvalidArgumentError, match=r"cannot take observations of Sequence.*part \('words',\)"):
+        ObservationEncoder(spaces.Dict({"words": spaces.Sequence(spaces.Discrete(2))}))
+    with pytest.raises(InvalidArgumentError, match="cannot take observations of Text"):
+        ObservationEncoder(spaces.Text(5))
+    with pytest.raises(InvalidArgumentError, match="has no numbers"):
         ObservationEncoder(spaces.Dict({"words": spaces.Text(5)}))
 
 
@@ -113,9 +117,69 @@ def test_observations_that_are_no_numbers_are_refused() -> None:
         encoder.pack(np.zeros((4, 3), dtype=np.float32))
 
 
-@pytest.mark.parametrize("space", [spaces.Discrete(4), spaces.Dict({"x": spaces.Tuple([spaces.Discrete(4)])})], ids=str)
-def test_all_observations_are_a_batch_of_the_space(space: spaces.Space[Any]) -> None:
+def test_a_number_of_many_values_is_shown_by_its_digits() -> None:
+    encoder = ObservationEncoder(spaces.Discrete(1_000_000, start=1))
+    assert encoder.n_features == 64 + 64 + 64 + 4 == n_features(encoder.space, "one-hot")
+    number = 5 + 64 * (7 + 64 * (63 + 64 * 3))
+    inputs = features(encoder, np.array([number + 1]))
+    assert np.flatnonzero(inputs[0]).tolist() == [5, 64 + 7, 128 + 63, 192 + 3]
+
+
+NUMBERED = [
+    (spaces.Discrete(4), 4),
+    (spaces.Discrete(4097, start=-5), 4097),
+    (spaces.MultiDiscrete([70, 70]), 4900),
+    (spaces.MultiDiscrete([[2, 3], [1, 2]], start=[[0, 1], [2, 3]]), 12),
+    (spaces.MultiBinary([2, 2]), 16),
+    (spaces.Box(-2, 3, (2,), dtype=np.int32), 36),
+    (spaces.Dict({"x": spaces.Tuple([spaces.Discrete(4)])}), 4),
+    (spaces.Dict({"a": spaces.Discrete(5), "b": spaces.Discrete(5, start=2)}), 25),
+    (spaces.Tuple([spaces.Text(9), spaces.MultiBinary(2), spaces.Dict({"k": spaces.Discrete(3)})]), 12),
+]
+
+
+@pytest.mark.parametrize(("space", "count"), NUMBERED, ids=str)
+def test_all_observations_are_a_batch_of_the_space(space: spaces.Space[Any], count: int) -> None:
     encoder = ObservationEncoder(space)
+    assert encoder.discrete and encoder.n_observations == count
     packed = torch.from_numpy(encoder.pack(encoder.all_observations()))
-    assert encoder.index(packed).tolist() == [0, 1, 2, 3]
-    assert (encoder.all_features() == torch.eye(4)).all()
+    assert encoder.index(packed).tolist() == list(range(count))
+    assert len(torch.unique(packed, dim=0)) == count
+    if isinstance(space, spaces.Discrete) and space.n <= JOINT_LIMIT:
+        assert (encoder.all_features() == torch.eye(count)).all()
+
+
+@pytest.mark.parametrize(
+    ("space", "discrete"),
+    [
+        (spaces.Discrete(COUNTED + 1), True),
+        (spaces.MultiBinary(60), True),
+        (spaces.Box(0, 255, (7, 7, 3), dtype=np.uint8), True),
+        (spaces.Box(0, 1, (2,), dtype=np.float32), False),
+        (spaces.Box(np.iinfo(np.int64).min, 5, (1,), dtype=np.int64), False),
+        (spaces.Dict({"a": spaces.Discrete(5), "b": spaces.Box(0.0, 1.0, (1,))}), False),
+    ],
+    ids=str,
+)
+def test_what_is_not_numbered(space: spaces.Space[Any], discrete: bool) -> None:
+    encoder = ObservationEncoder(space)
+    assert encoder.discrete == discrete and encoder.n_observations == 0
+
+
+class Mission(spaces.Space[str]):
+    """Texts of somebody's own."""
+
+    def __init__(self) -> None:
+        super().__init__(dtype=str)
+
+
+def test_texts_are_left_out() -> None:
+    space = spaces.Dict({"goal": spaces.Tuple([Mission(), spaces.Discrete(3)]), "words": spaces.Text(5)})
+    encoder = ObservationEncoder(without_texts(space))
+    assert encoder.ignored == ["goal.0", "words"] and encoder.width == 1
+    assert ObservationEncoder(space).ignored == encoder.ignored
+    assert repr(without_texts(Mission())) == repr(spaces.Text(1))
+    plain = spaces.Dict({"a": spaces.Discrete(2)})
+    assert without_texts(plain) is plain
+    batch = {"goal": (("go", "stop"), np.array([2, 0])), "words": ("a", "b")}
+    assert encoder.pack(batch).tolist() == [[2], [0]]

@@ -26,11 +26,11 @@ from ltlc.agents import (
     train,
 )
 from ltlc.agents.double_dqn.replay import ReplayBuffer
-from ltlc.agents.encoder import ObservationEncoder
+from ltlc.agents.fitted_q.numbering import Numbering
 from ltlc.agents.fitted_q.table import QTable, VisitCounts
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
-from ltlc.errors import FileFormatError, InvalidArgumentError, TrainingDiverged
+from ltlc.errors import FileFormatError, InvalidArgumentError, MemoryLimitExceeded, TrainingDiverged
 from ltlc.mdp import Judge
 from ltlc.task import Task
 
@@ -116,7 +116,7 @@ def test_resumed_run_is_bit_identical(tmp_path: Path) -> None:
     assert (greedy_policy(again) == greedy_policy(whole.agent)).all()
 
 
-FEW, MANY = spaces.Discrete(9), spaces.MultiDiscrete([100, 100])
+FEW, MANY = spaces.Discrete(9), spaces.MultiDiscrete([1000, 10_000])
 
 
 class Shown(Corridor):
@@ -138,8 +138,11 @@ class Shown(Corridor):
         (FEW, ("total_steps", "epsilon_final"), "fitted-q", "can be numbered"),
         (FEW, ("hidden",), "double-dqn", "hidden was given, which fitted-q does not have"),
         (FEW, ("learning_rate", "double"), "double-dqn", "learning_rate, double was given"),
-        (MANY, (), "double-dqn", r"MultiDiscrete\(\[100 100\]\) cannot be numbered"),
-        (spaces.Discrete(400_000), (), "double-dqn", "cannot be numbered"),
+        (spaces.Discrete(4097), (), "fitted-q", "the 4097 observations can be numbered"),
+        (spaces.Dict({"a": spaces.Discrete(5), "b": spaces.Discrete(5)}), (), "fitted-q", "the 25 observations"),
+        (spaces.MultiDiscrete([70, 70]), (), "fitted-q", "the 4900 observations can be numbered"),
+        (spaces.MultiDiscrete([1000, 1000]), (), "fitted-q", "the 1000000 observations can be numbered"),
+        (MANY, (), "double-dqn", r"MultiDiscrete\(\[ *1000 10000\]\) cannot be numbered"),
         (spaces.Box(-1.0, 1.0, (2,)), (), "double-dqn", "cannot be numbered"),
     ],
 )
@@ -157,10 +160,9 @@ def test_a_configuration_means_one_algorithm() -> None:
     assert isinstance(train(wrapped(Task("F A")), FittedQConfig(total_steps=8)).agent, FittedQ)
 
 
-@pytest.mark.parametrize("space", [MANY, spaces.Box(-1.0, 1.0, (2,))])
-def test_a_table_that_cannot_be_is_refused(space: spaces.Space[Any]) -> None:
+def test_a_table_that_cannot_be_is_refused() -> None:
     with pytest.raises(InvalidArgumentError, match="cannot be numbered; take the agent 'double-dqn'"):
-        FittedQ(space, 4, Task("F A").tables, FittedQConfig())
+        FittedQ(spaces.Box(-1.0, 1.0, (2,)), 4, Task("F A").tables, FittedQConfig())
 
 
 def test_a_table_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,8 +196,8 @@ def steps(*rows: tuple[int, int, int, int, float, bool]) -> TransitionBatch:
 
 
 def test_equal_steps_are_counted() -> None:
-    encoder = ObservationEncoder(spaces.Discrete(3))
-    counts = VisitCounts(encoder, 2, 1)
+    counts = VisitCounts(Numbering(1, np.int64, 3), 2, 1)
+    counts.numbering.load(torch.arange(3)[:, None])
     counts.add(steps((0, 1, 2, 0, 1.0, False), (0, 1, 2, 0, 3.0, False)))
     counts.add(steps((0, 1, 1, 0, 0.0, True), (0, 1, 2, 0, 2.0, False), (2, 0, 0, 0, 0.0, False)))
     found = counts.outcomes()
@@ -209,21 +211,88 @@ def test_equal_steps_are_counted() -> None:
     }
     assert by_outcome.keys() == {(3, 2, False), (3, 1, True), (2, 0, False)}
     assert by_outcome[3, 2, False] == (0.75, 2.0)
-    again = VisitCounts(encoder, 2, 1)
+    again = VisitCounts(Numbering(1, np.int64, 3), 2, 1)
     again.load_state_dict(counts.state_dict())
     assert (again.outcomes().weight == found.weight).all() and len(again) == 5
 
 
 def test_experience_of_another_kind_is_refused() -> None:
-    counts = VisitCounts(ObservationEncoder(spaces.Discrete(2)), 1, 1)
-    larger = VisitCounts(ObservationEncoder(spaces.Discrete(9)), 1, 1)
-    larger.add(steps((8, 0, 8, 0, 0.0, False)))
-    for state in (larger.state_dict(), ReplayBuffer(4, 1, np.int64).state_dict()):
+    counts, wider = (VisitCounts(Numbering(width, np.int64, 9), 1, 1) for width in (1, 2))
+    for state in (wider.state_dict(), ReplayBuffer(4, 1, np.int64).state_dict()):
         with pytest.raises(InvalidArgumentError, match="of another kind"):
             counts.load_state_dict(state)
 
 
 def test_rewards_that_are_no_numbers_end_the_training() -> None:
-    counts = VisitCounts(ObservationEncoder(spaces.Discrete(3)), 2, 1)
+    counts = VisitCounts(Numbering(1, np.int64, 3), 2, 1)
     with pytest.raises(TrainingDiverged, match="NaN"):
         counts.add(steps((0, 1, 2, 0, float("nan"), False)))
+
+
+def test_observations_are_numbered_as_they_are_seen() -> None:
+    seen = Numbering(2, np.uint8, 3)
+    rows = np.array([[1, 2], [3, 4], [1, 2]], dtype=np.uint8)
+    assert seen.find(rows).tolist() == [0, 0, 0]  # unknown, all of them
+    assert seen.add(rows).tolist() == [0, 1, 0] and len(seen) == 2
+    assert seen.find(np.array([[3, 4], [2, 1]], dtype=np.uint8)).tolist() == [1, 2]
+    assert seen.rows().tolist() == [[1, 2], [3, 4]] and seen.rows(1).tolist() == [[1, 2]]
+    again = Numbering(2, np.uint8, 3)
+    again.load(seen.rows())
+    assert again.find(rows).tolist() == [0, 1, 0]
+    with pytest.raises(MemoryLimitExceeded, match="more than 3 different observations"):
+        again.add(np.array([[5, 5], [6, 6]], dtype=np.uint8))
+
+
+def test_steps_that_cannot_be_numbered_are_refused() -> None:
+    with pytest.raises(InvalidArgumentError, match="too many for a table"):
+        VisitCounts(Numbering(1, np.int64, 2**30), 4, 4)
+
+
+class Lock(Corridor):
+    """A chain of 60 steps, seen through any space; a wrong step goes back to the start."""
+
+    def __init__(self, show: Any = None, space: spaces.Space[Any] | None = None) -> None:
+        self.show = show or (lambda cell: cell)
+        self.observation_space = space or spaces.Discrete(61)  # type: ignore[assignment]
+
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+        gym.Env.reset(self, seed=seed)
+        self.cell = self.time = 0
+        return self.show(0), {}
+
+    def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        self.cell = min(self.cell + 1, 60) if action == (self.cell * 7 // 3) % 2 or self.cell == 60 else 0
+        self.time += 1
+        return self.show(self.cell), 0.0, False, self.time == 100, {}
+
+
+HUGE = spaces.Dict({"where": spaces.MultiDiscrete([100_000, 100_000]), "on": spaces.MultiBinary(3)})
+"""more observations than can be counted."""
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_lock_of_sixty_steps_is_opened(seed: int) -> None:
+    task, envs = Task("F open"), SyncVectorEnv([Lock] * 16)
+    env = LTLVectorWrapper(envs, task, labels={"open": lambda cell: cell == 60})
+    agent = train(env, FittedQConfig(total_steps=100_000, seed=seed)).agent
+    start = np.full(60, task.tables.initial_state)
+    assert agent.policy(np.arange(60), start).tolist() == [(cell * 7 // 3) % 2 for cell in range(60)]
+
+
+def test_a_table_grows_with_what_was_seen(tmp_path: Path) -> None:
+    def show(cell: int) -> dict[str, Any]:
+        return {"where": np.array([1000 * cell, 5]), "on": np.array([cell % 2, 0, 1], dtype=np.int8)}
+
+    task, envs = Task("F open"), SyncVectorEnv([lambda: Lock(show, HUGE)] * 4)
+    env = LTLVectorWrapper(envs, task, labels={"open": lambda seen: seen["where"][0] == 10_000})
+    result = train(env, FittedQConfig(total_steps=8_000, checkpoint_every=4_000), folder=tmp_path)
+    agent = result.agent
+    assert agent.encoder.n_observations == 0 and 10 < agent.table.n_rows <= 61
+    again = FittedQ.load(tmp_path / "policy.ltlc")
+    cells = [show(cell) for cell in range(61)]
+    batch = {key: np.stack([cell[key] for cell in cells]) for key in ("where", "on")}
+    for state in range(task.tables.n_states):
+        states = np.full(61, state)
+        assert np.array_equal(again.q_values(batch, states), agent.q_values(batch, states))
+    unseen = {"where": np.array([[3, 3]]), "on": np.zeros((1, 3), dtype=np.int8)}
+    assert agent.q_values(unseen, [0]).tolist() == [[0.0, 0.0]]

@@ -18,7 +18,6 @@ from random_automata import random_automata
 
 from ltlc import LTLVectorWrapper, Task, compile
 from ltlc.agents import DoubleDQN, DQNConfig, FittedQ, FittedQConfig, train
-from ltlc.agents.encoder import _example
 from ltlc.agents.tabular.policy import TablePolicy
 from ltlc.agents.training.run_folder import RunConfig, RunFolder
 from ltlc.agents.training.storage import write_file
@@ -28,6 +27,18 @@ from ltlc.errors import LtlcError
 from ltlc.formats import from_hoa, from_json, to_hoa, to_json
 from ltlc.mdp import LabelledMDP
 from ltlc.prism import read_explicit, read_state_rewards, write_explicit
+
+
+def one_observation(space: spaces.Space[Any]) -> Any:
+    """A batch of one valid observation, made without drawing random numbers."""
+    if isinstance(space, spaces.Dict):
+        return {key: one_observation(part) for key, part in space.spaces.items()}
+    if isinstance(space, spaces.Tuple):
+        return tuple(one_observation(part) for part in space.spaces)
+    if isinstance(space, spaces.Discrete | spaces.MultiDiscrete):
+        return np.asarray(space.start)[None]
+    return np.zeros((1, *(space.shape or ())), dtype=space.dtype)
+
 
 WORDS = re.findall(
     r"\S+",
@@ -210,7 +221,7 @@ def _agents(folder: Path) -> dict[str, tuple[Maker, Reader]]:
             named = content.get("agent") if isinstance(content, dict) else None
             agent = next((agent for agent in agents if getattr(agent, "name", "") == named), agents[0])
             loaded = agent.load(write_file(folder / f"forged.{kind}", kind, content))
-            packed = loaded.encoder.pack(_example(loaded.encoder.space))
+            packed = loaded.encoder.pack(one_observation(loaded.encoder.space))
             loaded.packed_policy(packed, np.array([loaded.tables.n_states - 1]))
 
         return read
