@@ -2,6 +2,8 @@
 
 `train` trains any of them; `register_agent` adds one. The names below are imported on first use, so that listing agents
 and drawing policies need no PyTorch.
+
+Examples: docs/examples.md.
 """
 
 from importlib import import_module as _import_module

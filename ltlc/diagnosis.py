@@ -17,15 +17,18 @@ Kind = Literal["unsatisfiable", "valid", "never", "always", "impossible", "impro
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One thing that is known beforehand."""
+    """One thing that is known beforehand.
+
+    Attributes:
+        kind: what it is: the formula has no model or only models; a proposition never or always occurs; Pmax is 0 or
+            small; episodes are cut too early.
+        text: for a person: what is so, and what is optimised instead or what to do.
+        proposition: of "never" and "always", the proposition.
+    """
 
     kind: Kind
-    """what it is: the formula has no model or only models; a proposition never or always occurs; Pmax is 0 or small;
-    episodes are cut too early."""
     text: str
-    """for a person: what is so, and what is optimised instead or what to do."""
     proposition: str | None = None
-    """of "never" and "always", the proposition."""
 
 
 def diagnose(

@@ -30,12 +30,15 @@ STEPS_TO_LIMIT = 3
 
 @dataclass(frozen=True)
 class Candidate:
-    """A reward scheme with its parameters, under a name for the table."""
+    """A reward scheme with its parameters, under a name for the table.
+
+    Attributes:
+        on_deadlock: None: what the scheme says.
+    """
 
     name: str
     scheme: RewardScheme
     on_deadlock: OnDeadlock | None = None
-    """None: what the scheme says."""
     on_termination: OnTermination = "repeat"
 
     @classmethod
@@ -77,20 +80,23 @@ def _title(
 
 @dataclass(frozen=True)
 class Faithfulness:
-    """What one reward scheme optimises in one task."""
+    """What one reward scheme optimises in one task.
+
+    Attributes:
+        objective: largest expected return of the scheme; None where it has none, or where the scheme does not apply.
+        satisfaction: probability that a policy with that return satisfies the formula.
+        gap: what it misses the maximum by.
+        problem: why there is no answer.
+    """
 
     name: str
     scheme: str
     parameters: Mapping[str, Any]
     guarantee: str
     objective: float | None
-    """largest expected return of the scheme; None where it has none, or where the scheme does not apply."""
     satisfaction: float | None
-    """probability that a policy with that return satisfies the formula."""
     gap: float | None
-    """what it misses the maximum by."""
     problem: str | None = None
-    """why there is no answer."""
 
     @property
     def faithful(self) -> bool | None:
@@ -100,11 +106,14 @@ class Faithfulness:
 
 @dataclass(frozen=True)
 class FaithfulnessReport:
-    """The faithfulness of several schemes in one task."""
+    """The faithfulness of several schemes in one task.
+
+    Attributes:
+        maximum: the maximum satisfaction probability, Pmax.
+    """
 
     formula: str | None
     maximum: float
-    """the maximum satisfaction probability, Pmax."""
     lower: float
     upper: float
     rows: tuple[Faithfulness, ...]
@@ -184,19 +193,23 @@ def _row(
 
 @dataclass(frozen=True)
 class Shortfall:
-    """What a policy that is optimal for the rewards of a task misses, and rewards whose optimum does not."""
+    """What a policy that is optimal for the rewards of a task misses, and rewards whose optimum does not.
+
+    Attributes:
+        maximum: the maximum satisfaction probability, Pmax.
+        satisfaction: probability that the policy that is optimal for the rewards satisfies the formula; None: there is
+            no such policy, since the rewards can be collected for ever without a discount.
+        better: rewards whose optimum comes within `TOLERANCE` of the maximum; None: none were found.
+        better_satisfaction: probability that a policy that is optimal for these satisfies the formula.
+        searched: whether other rewards were tried; they are not where the product has more than `SEARCHED_UP_TO`
+            states.
+    """
 
     maximum: float
-    """the maximum satisfaction probability, Pmax."""
     satisfaction: float | None
-    """probability that the policy that is optimal for the rewards satisfies the formula; None: there is no such policy,
-    since the rewards can be collected for ever without a discount."""
     better: Candidate | None
-    """rewards whose optimum comes within `TOLERANCE` of the maximum; None: none were found."""
     better_satisfaction: float | None
-    """probability that a policy that is optimal for these satisfies the formula."""
     searched: bool
-    """whether other rewards were tried; they are not where the product has more than `SEARCHED_UP_TO` states."""
 
     @property
     def text(self) -> str:

@@ -22,6 +22,34 @@ class DQNConfig(OffPolicyConfig):
     The defaults are double Q-learning with one set of outputs per automaton state and counterfactual replay;
     `DQNConfig.thesis()` is algorithm 1 of the thesis. Steps are environment steps, all sub-environments together.
 
+    Attributes:
+        hidden: units of each hidden layer, ReLU between; thesis: (400, 300). None: one layer of 256.
+        observation_input: discrete observations as indicator vectors, or as plain numbers (thesis: row and column).
+        state_input: automaton state: one set of outputs per state, so that one pass values them all (`heads`), or a
+            further input, as an indicator vector or as a plain number (thesis: `raw`).
+        initialization: `he`: normal with variance 2/inputs; `thesis`: uniform on [0, 0.1], output layer [0, 0.01],
+            biases 0.
+        batch_norm: batch normalisation after each hidden layer (thesis).
+        double: the online network chooses the next action and the target network values it (van Hasselt); else the
+            target network does both (thesis, algorithm 1, line 19).
+        counterfactual: each environment step teaches every automaton state at once; else only the one it was made in.
+        optimizer: `adam`, or `sgd`: the plain gradient step of the thesis.
+        learning_rate: at the start, > 0.
+        final_learning_rate: at `total_steps`, linear in between; > 0.
+        l2: C of the term C*||weights||^2 added to the loss (thesis), >= 0.
+        max_gradient_norm: longer gradients are shortened to this; None: never.
+        batch_size: environment steps in a batch, >= 1 (times the automaton states, if counterfactual); the first update
+            waits for so many.
+        buffer_size: environment steps kept for replay, >= batch_size; of a shorter training there is room for all.
+        max_memory: gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts.
+        train_frequency: steps of the vector environment from one round of updates to the next, >= 1.
+        gradient_steps: updates in a round, >= 1.
+        tau: the target network moves this part of the way to the online network at each target update, in (0, 1].
+        target_update_interval: updates from one target update to the next, >= 1.
+        averaging: the policy is greedy in an exponential average of the online weights that takes in this part of them
+            at each update, in (0, 1]; 1: greedy in the online network itself (thesis).
+        device: where the networks and the replay buffer live, such as `cpu`, `cuda`, `cuda:1`.
+
     Raises:
         InvalidArgumentError: a value is out of range, or two do not fit together.
 
@@ -36,53 +64,28 @@ class DQNConfig(OffPolicyConfig):
     """
 
     hidden: tuple[int, ...] | None = None
-    """units of each hidden layer, ReLU between; thesis: (400, 300). None: one layer of 256."""
     observation_input: ObservationInput = "one-hot"
-    """discrete observations as indicator vectors, or as plain numbers (thesis: row and column)."""
     state_input: StateInput = "heads"
-    """automaton state: one set of outputs per state, so that one pass values them all (`heads`), or a further input,
-    as an indicator vector or as a plain number (thesis: `raw`)."""
     initialization: Initialization = "he"
-    """`he`: normal with variance 2/inputs; `thesis`: uniform on [0, 0.1], output layer [0, 0.01], biases 0."""
     batch_norm: bool = False
-    """batch normalisation after each hidden layer (thesis)."""
 
     double: bool = True
-    """the online network chooses the next action and the target network values it (van Hasselt); else the target
-    network does both (thesis, algorithm 1, line 19)."""
     counterfactual: bool = True
-    """each environment step teaches every automaton state at once; else only the one it was made in."""
     optimizer: Optimizer = "adam"
-    """`adam`, or `sgd`: the plain gradient step of the thesis."""
     learning_rate: float = 1e-3
-    """at the start, > 0."""
     final_learning_rate: float = 1e-5
-    """at `total_steps`, linear in between; > 0."""
     l2: float = 0.0
-    """C of the term C*||weights||^2 added to the loss (thesis), >= 0."""
     max_gradient_norm: float | None = None
-    """longer gradients are shortened to this; None: never."""
     batch_size: int = 512
-    """environment steps in a batch, >= 1 (times the automaton states, if counterfactual); the first update waits for so
-    many."""
     buffer_size: int = 200_000
-    """environment steps kept for replay, >= batch_size; of a shorter training there is room for all."""
     max_memory: float | None = None
-    """gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts."""
     train_frequency: int = 1
-    """steps of the vector environment from one round of updates to the next, >= 1."""
     gradient_steps: int = 1
-    """updates in a round, >= 1."""
     tau: float = 0.1
-    """the target network moves this part of the way to the online network at each target update, in (0, 1]."""
     target_update_interval: int = 1
-    """updates from one target update to the next, >= 1."""
     averaging: float = 0.005
-    """the policy is greedy in an exponential average of the online weights that takes in this part of them at each
-    update, in (0, 1]; 1: greedy in the online network itself (thesis)."""
 
     device: str = "cpu"
-    """where the networks and the replay buffer live, such as `cpu`, `cuda`, `cuda:1`."""
 
     @classmethod
     def thesis(cls, **changes: Any) -> DQNConfig:

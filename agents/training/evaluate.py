@@ -43,12 +43,15 @@ def greedy_policy(agent: ValueAgent, observations: Any = None) -> IntArray:
 
 @dataclass(frozen=True)
 class Regret:
-    """Exact expected return of a policy from the start, beside the largest one there is."""
+    """Exact expected return of a policy from the start, beside the largest one there is.
+
+    Attributes:
+        value: expected discounted return of the policy.
+        optimum: of the best policy.
+    """
 
     value: float
-    """expected discounted return of the policy."""
     optimum: float
-    """of the best policy."""
 
     @property
     def relative(self) -> float:
@@ -81,11 +84,15 @@ class ExactJudge:
 
 @dataclass(frozen=True)
 class Rollouts:
-    """Episodes under the greedy policy."""
+    """Episodes under the greedy policy.
+
+    Attributes:
+        episodes: in the order in which they began.
+        confidence: of the intervals, in (0, 1).
+    """
 
     episodes: tuple[Episode, ...]
     confidence: float
-    """of the intervals, in (0, 1)."""
 
     @property
     def episode_return(self) -> Estimate:

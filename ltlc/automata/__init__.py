@@ -1,4 +1,7 @@
-"""Automata over infinite words: letters and guards, the deterministic Rabin automaton, and exact decisions on it."""
+"""Automata over infinite words: letters and guards, the deterministic Rabin automaton, and exact decisions on it.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.automata.alphabet import Alphabet, guard_text
 from ltlc.automata.annotate import Annotations, ComponentKind, annotate

@@ -39,10 +39,13 @@ class HasLetters(Protocol):
 
 
 class Guard(NamedTuple):
-    """A Boolean formula in two levels, of literals (index of the proposition, whether it is positive)."""
+    """A Boolean formula in two levels, of literals (index of the proposition, whether it is positive).
+
+    Attributes:
+        disjunctive: True: an Or of And terms; False: an And of Or clauses.
+    """
 
     disjunctive: bool
-    """True: an Or of And terms; False: an And of Or clauses."""
     terms: tuple[tuple[tuple[int, bool], ...], ...]
 
     @property
@@ -63,11 +66,15 @@ class Guard(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Alphabet:
-    """Propositions and the class of every letter."""
+    """Propositions and the class of every letter.
+
+    Attributes:
+        aps: the propositions; bit i of a letter is the i-th.
+        letter_class: shape (2**len(aps),), int32; entry = class of the letter.
+    """
 
     aps: tuple[str, ...]
     letter_class: IntArray
-    """shape (2**len(aps),), int32; entry = class of the letter."""
 
     @cached_property
     def relevant(self) -> tuple[int, ...]:

@@ -31,20 +31,24 @@ class ComponentKind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Annotations:
-    """Facts about the states, reachable or not, of one automaton."""
+    """Facts about the states, reachable or not, of one automaton.
+
+    Attributes:
+        deadlocks: states from which no word is accepted.
+        accepting_sinks: states from which every word is accepted.
+        scc: shape (n_states,), int32; entry = strong component, numbered in topological order.
+        scc_kinds: one per strong component.
+        live_pairs: shape (n_pairs, n_states), bool; entry = some word is accepted by this pair from this state.
+        distance: shape (n_states,), int32; entry = letters to the nearest state on an accepting cycle, -1 from a
+            deadlock.
+    """
 
     deadlocks: tuple[int, ...]
-    """states from which no word is accepted."""
     accepting_sinks: tuple[int, ...]
-    """states from which every word is accepted."""
     scc: npt.NDArray[np.int32]
-    """shape (n_states,), int32; entry = strong component, numbered in topological order."""
     scc_kinds: tuple[ComponentKind, ...]
-    """one per strong component."""
     live_pairs: npt.NDArray[np.bool_]
-    """shape (n_pairs, n_states), bool; entry = some word is accepted by this pair from this state."""
     distance: npt.NDArray[np.int32]
-    """shape (n_states,), int32; entry = letters to the nearest state on an accepting cycle, -1 from a deadlock."""
 
     @property
     def n_sccs(self) -> int:

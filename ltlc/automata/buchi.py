@@ -12,18 +12,27 @@ from ltlc.errors import InvalidAutomatonError
 
 
 class BuchiEdge(NamedTuple):
-    """An edge for every letter of a set."""
+    """An edge for every letter of a set.
+
+    Attributes:
+        letters: bit k = letter (or letter class) k is read.
+        marks: bit i = the edge is in acceptance set i.
+    """
 
     letters: int
-    """bit k = letter (or letter class) k is read."""
     target: int
     marks: int
-    """bit i = the edge is in acceptance set i."""
 
 
 @dataclass(frozen=True)
 class BuchiAutomaton:
     """A run is accepted iff it takes edges of each acceptance set infinitely often; a word, iff one of its runs is.
+
+    Attributes:
+        n_letters: number of letters.
+        initial: initial states.
+        edges: outgoing edges per state; a letter without an edge ends the run.
+        n_sets: number of acceptance sets; with none, every infinite run is accepted.
 
     Raises:
         InvalidAutomatonError: a state, letter or mark is out of range.
@@ -31,11 +40,8 @@ class BuchiAutomaton:
 
     n_letters: int
     initial: tuple[int, ...]
-    """initial states."""
     edges: tuple[tuple[BuchiEdge, ...], ...]
-    """outgoing edges per state; a letter without an edge ends the run."""
     n_sets: int
-    """number of acceptance sets; with none, every infinite run is accepted."""
 
     def __post_init__(self) -> None:
         n = len(self.edges)

@@ -53,6 +53,20 @@ class RabinAutomaton(Output):
     A run is accepted iff for some pair i it takes marks of `fin[i]` finitely often and marks of `inf[i]` infinitely
     often (thesis, definition 2.1.1, with B = fin, G = inf; HOA: Fin(2i) & Inf(2i+1)).
 
+    Attributes:
+        aps: the propositions; bit i of a letter is the i-th.
+        delta: shape (n_states, n_classes), int32; entry = next state.
+        letter_class: shape (2**len(aps),), int32; entry = class of the letter; every class occurs.
+        fin: shape (n_pairs, n_states) if acceptance is "state", else (n_pairs, n_states, n_classes).
+        inf: same shape as `fin`.
+        initial_state: the state before any letter is read.
+        acceptance: "state" or "transition": what carries marks.
+        formula: the formula it was compiled from, as text.
+        state_names: one name per state, or None; for readers only.
+        translator: the construction that built it, or None.
+        facts: normal forms that this automaton is known to have, so that they are not made again; `replace` forgets
+            them.
+
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
         AlphabetLimitExceeded: more than `MAX_APS` propositions.
@@ -60,23 +74,15 @@ class RabinAutomaton(Output):
 
     aps: tuple[str, ...]
     delta: IntArray
-    """shape (n_states, n_classes), int32; entry = next state."""
     letter_class: IntArray
-    """shape (2**len(aps),), int32; entry = class of the letter; every class occurs."""
     fin: BoolArray
-    """shape (n_pairs, n_states) if acceptance is "state", else (n_pairs, n_states, n_classes)."""
     inf: BoolArray
-    """same shape as `fin`."""
     initial_state: int = 0
     acceptance: Acceptance = "state"
     formula: str | None = None
-    """the formula it was compiled from, as text."""
     state_names: tuple[str, ...] | None = None
-    """one name per state, or None; for readers only."""
     translator: str | None = None
-    """the construction that built it, or None."""
     facts: set[str] = field(default_factory=set, init=False, repr=False)
-    """normal forms that this automaton is known to have, so that they are not made again; `replace` forgets them."""
 
     def __post_init__(self) -> None:
         n_aps = len(self.aps)

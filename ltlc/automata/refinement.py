@@ -19,13 +19,17 @@ class Refinement:
     Before a letter is read, a policy may go from state q to `commit[q, i]`; the automaton then reads the letter there.
     A run of the original automaton is accepted iff some such choices, made at some moments, make a run of this one
     that is accepted. Without choices both accept the same words.
+
+    Attributes:
+        automaton: the automaton with refined states.
+        origin: shape (n_states,), int32; the original state behind each state, -1 for the sink that broken promises
+            lead to.
+        commit: shape (n_states, n_choices), int32; the state after choice i, or -1 where it cannot be made.
     """
 
     automaton: RabinAutomaton
     origin: IntArray
-    """shape (n_states,), int32; the original state behind each state, -1 for the sink that broken promises lead to."""
     commit: IntArray
-    """shape (n_states, n_choices), int32; the state after choice i, or -1 where it cannot be made."""
 
     @classmethod
     def trivial(cls, automaton: RabinAutomaton) -> Refinement:

@@ -1,6 +1,8 @@
 """Environments that a formula can be taught in: wrappers, labels, worlds.
 
 Importing this package registers the worlds with Gymnasium: `gymnasium.make("ltlc/Thesis10x10-v0")`.
+
+Examples: docs/examples.md.
 """
 
 from ltlc.envs.flat_world import FlatWorld, VectorFlatWorld

@@ -32,18 +32,22 @@ _FREE, _WALL, _START = ".", "#", "S"
 
 @dataclass(frozen=True, eq=False)
 class GridMap:
-    """A labelled grid world; made by `grid_map`."""
+    """A labelled grid world; made by `grid_map`.
+
+    Attributes:
+        text: one string per row: `.` free, `#` wall, any other character a labelled cell.
+        start: cell where episodes begin.
+        propositions: what labels are made of; bit i of a letter is `propositions[i]`.
+        cell_labels: per cell the letters that can be read on entering it, with their probabilities (sum 1).
+        executed: shape (n_actions, n_actions); entry = probability that the action chosen (row) turns out as the
+            column.
+    """
 
     text: tuple[str, ...]
-    """one string per row: `.` free, `#` wall, any other character a labelled cell."""
     start: int
-    """cell where episodes begin."""
     propositions: tuple[str, ...]
-    """what labels are made of; bit i of a letter is `propositions[i]`."""
     cell_labels: tuple[tuple[tuple[int, float], ...], ...]
-    """per cell the letters that can be read on entering it, with their probabilities (sum 1)."""
     executed: FloatArray
-    """shape (n_actions, n_actions); entry = probability that the action chosen (row) turns out as the column."""
 
     @property
     def rows(self) -> int:
@@ -114,6 +118,13 @@ class GridMap:
 class StepSampler:
     """Rows of outcomes (cell, letter) with probabilities, drawn with one uniform number each.
 
+    Attributes:
+        width: slots per row; 1 means that nothing is random.
+        threshold: shape (n_rows * width,); a slot keeps its own outcome below this, else takes that of its alias.
+        alias: shape (n_rows * width,); slot index.
+        cell: shape (n_rows * width,); outcome of the slot.
+        letter: shape (n_rows * width,); outcome of the slot.
+
     References:
         A. J. Walker, An efficient method for generating discrete random variables with general distributions, ACM
         TOMS 1977, doi 10.1145/355744.355749; M. D. Vose, A linear algorithm for generating random numbers with a given
@@ -121,15 +132,10 @@ class StepSampler:
     """
 
     width: int
-    """slots per row; 1 means that nothing is random."""
     threshold: FloatArray
-    """shape (n_rows * width,); a slot keeps its own outcome below this, else takes that of its alias."""
     alias: IntArray
-    """shape (n_rows * width,); slot index."""
     cell: IntArray
-    """shape (n_rows * width,); outcome of the slot."""
     letter: IntArray
-    """shape (n_rows * width,); outcome of the slot."""
 
     @classmethod
     def of(cls, rows: Sequence[Sequence[tuple[int, int, float]]]) -> StepSampler:

@@ -38,6 +38,10 @@ class LabelFunction:
     """A labelling function that declares which names it can produce.
 
     Declaring them lets misspelt propositions be found before the first step, and permits labels that are bitmasks.
+
+    Attributes:
+        function: what labels one observation, or a batch.
+        propositions: the names; bit i of a bitmask is the i-th.
     """
 
     function: Callable[..., Any]

@@ -41,19 +41,22 @@ class EnvSpec:
     """Where a task is learned: an environment by name, its labels, and where its episodes are cut.
 
     Nothing is made until it is asked for.
+
+    Attributes:
+        env: a name in Gymnasium's registry; `module:Name-v0` imports the module first.
+        arguments: for the constructor of the environment.
+        labels: `module:name` of what labels one observation, see `ltlc.envs.labels`; None for an environment that
+            labels itself.
+        max_episode_steps: limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it
+            has none.
+        initial_label: whether the label of the first observation is read.
     """
 
     env: str
-    """a name in Gymnasium's registry; `module:Name-v0` imports the module first."""
     arguments: Mapping[str, Any] = field(default_factory=dict)
-    """for the constructor of the environment."""
     labels: str | None = None
-    """`module:name` of what labels one observation, see `ltlc.envs.labels`; None for an environment that labels
-    itself."""
     max_episode_steps: int | None = None
-    """limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it has none."""
     initial_label: InitialLabel = "read"
-    """whether the label of the first observation is read."""
 
     def __post_init__(self) -> None:
         steps = self.max_episode_steps

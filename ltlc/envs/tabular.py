@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from gymnasium.spaces import Discrete
 
 from ltlc.board import Board
@@ -138,4 +139,7 @@ def _labels_of_wrapper(env: Any) -> LabelSource:
 
 def _names(source: Source, state: int) -> dict[str, bool]:
     arguments = (state, _NoInfo(described(source.function)))[: source.arity]
-    return {**dict.fromkeys(source.propositions or (), False), **names_of(source.function(*arguments))}
+    label, names = source.function(*arguments), source.propositions or ()
+    if isinstance(label, int | np.integer) and not isinstance(label, bool) and 0 <= label < 2 ** len(names):
+        return {name: bool(label >> i & 1) for i, name in enumerate(names)}  # a bitmask
+    return {**dict.fromkeys(names, False), **names_of(label)}

@@ -1,4 +1,7 @@
-"""The automaton as text and as a picture: JSON, HOA, DOT, Mermaid, SVG, PNG, PDF."""
+"""The automaton as text and as a picture: JSON, HOA, DOT, Mermaid, SVG, PNG, PDF.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.automata.formats import FORMATS, Format, register_format
 from ltlc.formats.dot import to_dot

@@ -2,6 +2,8 @@
 
 text -> formula (parser) -> smaller formula (rewrite) -> text (printer)
 formula, lasso word -> truth (semantics)
+
+Examples: docs/examples.md.
 """
 
 from ltlc.ltl.diagnosis import LtlSyntaxWarning

@@ -34,7 +34,8 @@ Letter = frozenset[str]
 class LassoWord:
     """The infinite word that reads `prefix` once and then `cycle` for ever.
 
-    A letter is the set of propositions that hold; any iterable of names is taken.
+    Attributes:
+        prefix, cycle: letters; a letter is the set of propositions that hold, and any iterable of names is taken.
 
     >>> str(LassoWord(prefix=[{"a"}, {"b"}], cycle=[set()]))
     'a & !b; !a & b; cycle{!a & !b}'

@@ -1,4 +1,7 @@
-"""The judge: labelled MDPs, their products with automata and reward tables, and exact answers about them."""
+"""The judge: labelled MDPs, their products with automata and reward tables, and exact answers about them.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.mdp.chain import MarkovChain, induced_chain
 from ltlc.mdp.end_components import EndComponents, accepting_end_components, maximal_end_components

@@ -16,12 +16,16 @@ from ltlc.mdp.reachability import attractor, prune
 
 @dataclass(frozen=True, eq=False)
 class EndComponents:
-    """Disjoint end components: sets of states in which some policy stays for ever, visiting all of it."""
+    """Disjoint end components: sets of states in which some policy stays for ever, visiting all of it.
+
+    Attributes:
+        component: shape (n_states,), number of the component, -1 for states in none.
+        choices: shape (n_choices,), the choices that stay inside.
+        n_components: number of components.
+    """
 
     component: IntArray
-    """shape (n_states,), number of the component, -1 for states in none."""
     choices: BoolArray
-    """shape (n_choices,), the choices that stay inside."""
     n_components: int
 
     @property

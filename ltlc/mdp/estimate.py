@@ -14,15 +14,20 @@ from ltlc.errors import InvalidArgumentError
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number measured on a sample, and the interval that covers the true one with the given confidence."""
+    """A number measured on a sample, and the interval that covers the true one with the given confidence.
+
+    Attributes:
+        value: measured on the sample.
+        low, high: ends of the interval.
+        confidence: in (0, 1).
+        n: size of the sample.
+    """
 
     value: float
     low: float
     high: float
     confidence: float
-    """in (0, 1)."""
     n: int
-    """size of the sample."""
 
     def __str__(self) -> str:
         return f"{self.value:.4g} [{self.low:.4g}, {self.high:.4g}] ({self.confidence:.0%}, n = {self.n})"

@@ -214,12 +214,14 @@ class Support:
 
     Whether something can happen, or can be enforced with probability 0 or 1, depends on this graph alone. In a noisy
     grid world, where every action may turn out as every other, it is five times smaller than the process.
+
+    Attributes:
+        graph: its `matrix` says only which entries there are, and its `exit_probability` only whether there is one.
+        of_choice: shape (n_choices,), the choice of the graph that stands for each choice of the process.
     """
 
     graph: ExplicitMDP
-    """its `matrix` says only which entries there are, and its `exit_probability` only whether there is one."""
     of_choice: IntArray
-    """shape (n_choices,), the choice of the graph that stands for each choice of the process."""
 
     def merged(self, choices: BoolArray) -> BoolArray:
         """A set of choices of the process as one of the graph: those that stand for one of the set."""

@@ -13,16 +13,19 @@ PRECISION = 1e-12
 
 
 class Line(NamedTuple):
-    """One figure of a policy, beside the same one of the best policy."""
+    """One figure of a policy, beside the same one of the best policy.
+
+    Attributes:
+        optimum: of the policy that is optimal for the rewards; None where it is not known.
+        learned_bounds: proved bounds on `learned`, where there are any.
+        optimum_bounds: likewise on `optimum`.
+    """
 
     title: str
     learned: float | Estimate
     optimum: float | None
-    """of the policy that is optimal for the rewards; None where it is not known."""
     learned_bounds: Bounds | None = None
-    """proved bounds on `learned`, where there are any."""
     optimum_bounds: Bounds | None = None
-    """likewise on `optimum`."""
 
 
 EXACT_TITLES = {

@@ -20,16 +20,19 @@ Method = Literal["auto", "policy", "interval"]
 
 @dataclass(frozen=True, eq=False)
 class Reachability:
-    """Maximal probabilities, between two bounds, and a policy that attains the lower one."""
+    """Maximal probabilities, between two bounds, and a policy that attains the lower one.
+
+    Attributes:
+        lower: shape (n_states,); no larger than the true value.
+        upper: shape (n_states,); no smaller than the true value; equal to `lower` where the graph alone decides 0 or 1.
+        value: shape (n_states,); the best estimate in between.
+        choice: shape (n_states,); an optimal choice per state, on the target the first one.
+    """
 
     lower: FloatArray
-    """shape (n_states,); no larger than the true value."""
     upper: FloatArray
-    """shape (n_states,); no smaller than the true value; equal to `lower` where the graph alone decides 0 or 1."""
     value: FloatArray
-    """shape (n_states,); the best estimate in between."""
     choice: IntArray
-    """shape (n_states,); an optimal choice per state, on the target the first one."""
 
 
 def max_reachability(

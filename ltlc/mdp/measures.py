@@ -105,12 +105,15 @@ def acceptances_per_1000_steps(product: RewardProduct, policy: Policy) -> float:
 
 @dataclass(frozen=True)
 class FirstAcceptance:
-    """When a policy accepts for the first time in an episode."""
+    """When a policy accepts for the first time in an episode.
+
+    Attributes:
+        probability: that the episode has an accepting step at all.
+        steps: expected number of the first accepting step, counted from 1; inf where it may never come.
+    """
 
     probability: float
-    """that the episode has an accepting step at all."""
     steps: float
-    """expected number of the first accepting step, counted from 1; inf where it may never come."""
 
 
 def first_acceptance(product: RewardProduct, policy: Policy) -> FirstAcceptance:

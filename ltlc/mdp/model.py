@@ -26,6 +26,20 @@ class LabelledMDP:
 
     Rows and label distributions are rescaled to sum to 1 exactly, once they were checked to do so within 1e-9.
 
+    Attributes:
+        aps: the propositions that states show.
+        transitions: one scipy.sparse.csr_array of shape (n_states, n_states) per action; rows sum to 1, or are empty
+            where the action is not available.
+        letters: shape (n_letters,), int64; bitmasks over `aps`: the letters that occur at all.
+        label_probability: scipy.sparse.csr_array of shape (n_states, n_letters): the letter drawn on *entering* the
+            state.
+        initial_state: the first state.
+        initial_distribution: shape (n_states,); None means always `initial_state`.
+        terminal: shape (n_states,): entering such a state ends the episode of the environment; None means never. For
+            words the state goes on for ever, and so does the letter that was drawn on entering it; so it must be
+            absorbing.
+        state_names, action_names: one each, or None; for readers only.
+
     Raises:
         InvalidArgumentError: shapes disagree, a probability is negative or not a number, a row does not sum to 1, or a
             state has no available action; the message names the state and the action.
@@ -33,18 +47,11 @@ class LabelledMDP:
 
     aps: tuple[str, ...]
     transitions: tuple[Any, ...]
-    """one scipy.sparse.csr_array of shape (n_states, n_states) per action; rows sum to 1, or are empty where the action
-    is not available."""
     letters: IntArray
-    """shape (n_letters,), int64; bitmasks over `aps`: the letters that occur at all."""
     label_probability: Any
-    """scipy.sparse.csr_array of shape (n_states, n_letters): the letter drawn on *entering* the state."""
     initial_state: int = 0
     initial_distribution: FloatArray | None = None
-    """shape (n_states,); None means always `initial_state`."""
     terminal: BoolArray | None = None
-    """shape (n_states,): entering such a state ends the episode of the environment; None means never. For words the
-    state goes on for ever, and so does the letter that was drawn on entering it; so it must be absorbing."""
     state_names: tuple[str, ...] | None = None
     action_names: tuple[str, ...] | None = None
 

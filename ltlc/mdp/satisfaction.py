@@ -17,20 +17,25 @@ from ltlc.mdp.product import Product
 
 @dataclass(frozen=True, eq=False)
 class MaxSatisfaction:
-    """The maximum satisfaction probability (Pmax), with bounds and an optimal policy."""
+    """The maximum satisfaction probability (Pmax), with bounds and an optimal policy.
+
+    Attributes:
+        probability: Pmax from the initial states.
+        lower, upper: proved bounds on it.
+        state_probability: shape (n_states,), Pmax from each product state.
+        state_lower, state_upper: proved bounds on it.
+        policy: shape (n_states,), an action per product state; memoryless, and enough to attain Pmax.
+        components: for each Rabin pair its accepting end components.
+    """
 
     probability: float
-    """Pmax from the initial states."""
     lower: float
     upper: float
     state_probability: FloatArray
-    """shape (n_states,), Pmax from each product state."""
     state_lower: FloatArray
     state_upper: FloatArray
     policy: IntArray
-    """shape (n_states,), an action per product state; memoryless, and enough to attain Pmax."""
     components: tuple[EndComponents, ...]
-    """for each Rabin pair its accepting end components."""
 
     @property
     def winning(self) -> BoolArray:
@@ -67,18 +72,23 @@ def max_satisfaction_probability(
 
 @dataclass(frozen=True, eq=False)
 class PolicySatisfaction:
-    """The probability that a run under one policy is accepted, with bounds."""
+    """The probability that a run under one policy is accepted, with bounds.
+
+    Attributes:
+        probability: from the initial states.
+        lower, upper: proved bounds on it.
+        state_probability: shape (n_states,), from each product state; 0 and 1 are exact.
+        state_lower, state_upper: proved bounds on it.
+        accepting: shape (n_states,), the recurrent states of accepting bottom components.
+    """
 
     probability: float
-    """from the initial states."""
     lower: float
     upper: float
     state_probability: FloatArray
-    """shape (n_states,), from each product state; 0 and 1 are exact."""
     state_lower: FloatArray
     state_upper: FloatArray
     accepting: BoolArray
-    """shape (n_states,), the recurrent states of accepting bottom components."""
 
 
 def satisfaction_probability(product: Product, policy: npt.ArrayLike) -> PolicySatisfaction:

@@ -12,14 +12,18 @@ from ltlc.mdp.explicit import ExplicitMDP, FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Optimal values and a policy that attains them."""
+    """Optimal values and a policy that attains them.
+
+    Attributes:
+        value: shape (n_states,).
+        policy: shape (n_states,), an action per state.
+        error_bound: no value is further than this from the true one, rounding aside; inf where nothing is known.
+        iterations: sweeps that were made.
+    """
 
     value: FloatArray
-    """shape (n_states,)."""
     policy: IntArray
-    """shape (n_states,), an action per state."""
     error_bound: float
-    """no value is further than this from the true one, rounding aside; inf where nothing is known."""
     iterations: int
 
 

@@ -66,28 +66,33 @@ class JudgedTask(Protocol):
 
 @dataclass(frozen=True)
 class PolicyVerdict:
-    """What a policy does, exactly; episodes end where the task or the environment ends them."""
+    """What a policy does, exactly; episodes end where the task or the environment ends them.
+
+    Attributes:
+        satisfaction: probability that the word of an endless run satisfies the formula, in [0, 1]; a violation is
+            final.
+        satisfaction_bounds: proved bounds on it, below and above.
+        discounted_return: expected return of an episode with the discounts of the reward scheme.
+        total_return: expected sum of rewards of an episode; -inf or inf where it may go on for ever.
+        steps: expected steps of an episode; inf where it may go on for ever.
+        violations_per_episode: expected violations in an episode; inf where they may recur for ever.
+        violations_per_step: violations per step in the long run.
+        first_acceptance_probability: probability that an episode has an accepting step, in [0, 1].
+        first_acceptance_steps: expected number of the first accepting step, counted from 1; inf where it may never
+            come.
+        acceptances_per_1000_steps: accepting steps per 1000 steps in the long run.
+    """
 
     satisfaction: float
-    """probability that the word of an endless run satisfies the formula, in [0, 1]; a violation is final."""
     satisfaction_bounds: Bounds
-    """proved bounds on it, below and above."""
     discounted_return: float
-    """expected return of an episode with the discounts of the reward scheme."""
     total_return: float
-    """expected sum of rewards of an episode; -inf or inf where it may go on for ever."""
     steps: float
-    """expected steps of an episode; inf where it may go on for ever."""
     violations_per_episode: float
-    """expected violations in an episode; inf where they may recur for ever."""
     violations_per_step: float
-    """violations per step in the long run."""
     first_acceptance_probability: float
-    """probability that an episode has an accepting step, in [0, 1]."""
     first_acceptance_steps: float
-    """expected number of the first accepting step, counted from 1; inf where it may never come."""
     acceptances_per_1000_steps: float
-    """accepting steps per 1000 steps in the long run."""
 
 
 class Judge:

@@ -1,4 +1,7 @@
-"""Smaller automata of the same language, automata with marks on states, and proofs that none is smaller."""
+"""Smaller automata of the same language, automata with marks on states, and proofs that none is smaller.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.minimize.collapse import Minimized, collapse
 from ltlc.minimize.lower_bound import lower_bound

@@ -22,23 +22,30 @@ MAX_NODES = 200
 
 
 class Structure(NamedTuple):
-    """A component that covers a part of the residual automaton."""
+    """A component that covers a part of the residual automaton.
+
+    Attributes:
+        residual_of: residual of the part, per state.
+        step: per state and column: the next state; -1 where the part is left.
+        pairs: labels as in `Part.cycle_graph`.
+    """
 
     residual_of: tuple[int, ...]
-    """residual of the part, per state."""
     step: tuple[tuple[int, ...], ...]
-    """per state and column: the next state; -1 where the part is left."""
     pairs: tuple[LabelPair, ...]
-    """labels as in `Part.cycle_graph`."""
 
 
 @dataclass(frozen=True)
 class Minimized:
-    """The smallest automaton found, and what is known about smaller ones."""
+    """The smallest automaton found, and what is known about smaller ones.
+
+    Attributes:
+        automaton: the smaller automaton.
+        lower_bound: no equivalent automaton with the same kind of acceptance has fewer states.
+    """
 
     automaton: RabinAutomaton
     lower_bound: int
-    """no equivalent automaton with the same kind of acceptance has fewer states."""
 
     @property
     def is_proven(self) -> bool:

@@ -1,4 +1,7 @@
-"""Models for PRISM and Storm: their explicit files in and out, PRISM's language out."""
+"""Models for PRISM and Storm: their explicit files in and out, PRISM's language out.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.prism.export import Exported, export_checkable
 from ltlc.prism.reader import read_explicit, read_state_rewards

@@ -16,12 +16,15 @@ from ltlc.prism.writer import to_prism_language, with_one_start, with_sure_label
 
 @dataclass(frozen=True)
 class Exported:
-    """Where a model and its property are."""
+    """Where a model and its property are.
+
+    Attributes:
+        model: in PRISM's module language.
+        properties: a file with the one thing to check.
+    """
 
     model: Path
-    """in PRISM's module language."""
     properties: Path
-    """a file with the one thing to check."""
 
     @property
     def prism(self) -> str:

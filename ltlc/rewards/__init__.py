@@ -1,4 +1,7 @@
-"""Reward schemes: from a deterministic Rabin automaton to tables of rewards and discounts."""
+"""Reward schemes: from a deterministic Rabin automaton to tables of rewards and discounts.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.rewards.buchi_scheme import BuchiScheme, discounted_acceptances
 from ltlc.rewards.registry import RECOMMENDED, SCHEMES, arguments_of, get_scheme, register_scheme

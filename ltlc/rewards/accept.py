@@ -14,6 +14,9 @@ from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
 class Accept(RewardScheme):
     """Pays 1 on every accepting step and nothing else, discounted by gamma.
 
+    Attributes:
+        gamma: discount of every step, in (0, 1].
+
     References:
         E. M. Hahn, M. Perez, S. Schewe, F. Somenzi, A. Trivedi, D. Wojtczak, Omega-regular objectives in model-free
         reinforcement learning, TACAS 2019, doi 10.1007/978-3-030-17462-0_27, which shows where it goes wrong.
@@ -25,7 +28,6 @@ class Accept(RewardScheme):
     requires: ClassVar[str] = "Büchi form, or one Rabin pair"
 
     gamma: float = 0.99
-    """discount of every step, in (0, 1]."""
 
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)

@@ -17,11 +17,14 @@ from ltlc.rewards.tables import BoolArray
 
 @dataclass(frozen=True)
 class BuchiScheme(RewardScheme):
-    """A scheme whose payments depend on whether a step accepts; its guarantee holds as one parameter tends to 1."""
+    """A scheme whose payments depend on whether a step accepts; its guarantee holds as one parameter tends to 1.
+
+    Attributes:
+        limit_parameter: the parameter that tends to 1; it lies in (0, 1).
+    """
 
     requires: ClassVar[str] = "Büchi form"
     limit_parameter: ClassVar[str]
-    """the parameter that tends to 1; it lies in (0, 1)."""
 
     def __post_init__(self) -> None:
         check_probability(self, self.limit_parameter)

@@ -14,6 +14,9 @@ from ltlc.rewards.tables import BoolArray
 class Eventual(BuchiScheme):
     """An accepting step pays 1 and is discounted by gamma; another pays nothing and is not discounted.
 
+    Attributes:
+        gamma: discount of accepting steps, in (0, 1).
+
     References:
         C. Voloshin, A. Verma, Y. Yue, Eventual discounting temporal logic counterfactual experience replay, ICML 2023,
         https://proceedings.mlr.press/v202/voloshin23a.html (arXiv 2303.02135).
@@ -28,7 +31,6 @@ class Eventual(BuchiScheme):
     limit_parameter: ClassVar[str] = "gamma"
 
     gamma: float = 0.99
-    """discount of accepting steps, in (0, 1)."""
 
     def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1 / (1 - gamma)."""

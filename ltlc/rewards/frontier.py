@@ -30,6 +30,10 @@ class Frontier(BuchiScheme):
     Table states are (automaton state, frontier). The sets are those of a generalized Büchi condition on the states of
     the automaton, given as `sets`; without them, the one set of the Büchi form is used.
 
+    Attributes:
+        eta: discount of rewarded steps, in (0, 1).
+        sets: sets of automaton states, each to be visited infinitely often.
+
     References:
         M. Hasanbeig, D. Kroening, A. Abate, LCRL: certified policy synthesis via logically-constrained reinforcement
         learning, QEST 2022, doi 10.1007/978-3-031-16336-4_11. Unlike its code, the episode does not end when the
@@ -45,9 +49,7 @@ class Frontier(BuchiScheme):
     requires: ClassVar[str] = "generalized Büchi form: Büchi form, or acceptance sets given as `sets`"
 
     eta: float = 0.99
-    """discount of rewarded steps, in (0, 1)."""
     sets: tuple[frozenset[int], ...] | None = None
-    """sets of automaton states, each to be visited infinitely often."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -27,6 +27,10 @@ class Parity(RewardScheme):
     `terminate`: with probability w the episode ends, paying 1 if c is odd. `adaptive`: the step pays w if c is odd, -w
     if even, and is discounted by 1 - w.
 
+    Attributes:
+        epsilon: ratio between the weights of neighbouring colours, in (0, 1).
+        mode: how a weight is paid.
+
     References:
         E. M. Hahn, M. Perez, S. Schewe, F. Somenzi, A. Trivedi, D. Wojtczak, Model-free reinforcement learning for
         stochastic parity games, CONCUR 2020, doi 10.4230/LIPIcs.CONCUR.2020.21 (`terminate`);
@@ -44,9 +48,7 @@ class Parity(RewardScheme):
     comparisons: ClassVar[tuple[Mapping[str, Any], ...]] = ({}, {"epsilon": 0.001}, {"mode": "terminate"})
 
     epsilon: float = 0.01
-    """ratio between the weights of neighbouring colours, in (0, 1)."""
     mode: Mode = "adaptive"
-    """how a weight is paid."""
 
     def __post_init__(self) -> None:
         check_probability(self, "epsilon")

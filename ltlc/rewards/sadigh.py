@@ -18,6 +18,14 @@ from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
 class Sadigh(RewardScheme):
     """Pays `weight_inf` on Inf marks and takes `weight_fin` on Fin marks of one pair; Fin wins where both are.
 
+    Attributes:
+        weight_inf: reward on an Inf mark.
+        weight_fin: penalty on a Fin mark.
+        violation: penalty on entering a deadlock; None: `weight_fin`. The paper knows no deadlocks: there it is what
+            the Fin marks of the deadlock cost, for ever if there are any, else nothing.
+        gamma: discount of every step, in (0, 1].
+        pair: index of the pair that is rewarded; None: the only one, or that which the policy chooses.
+
     References:
         D. Sadigh, E. S. Kim, S. Coogan, S. S. Sastry, S. A. Seshia, A learning based approach to control synthesis of
         Markov decision processes for linear temporal logic specifications, CDC 2014, doi 10.1109/CDC.2014.7039527.
@@ -34,16 +42,10 @@ class Sadigh(RewardScheme):
     comparisons: ClassVar[tuple[Mapping[str, Any], ...]] = ({}, {"gamma": 0.9999})
 
     weight_inf: float = 1.0
-    """reward on an Inf mark."""
     weight_fin: float = 10.0
-    """penalty on a Fin mark."""
     violation: float | None = None
-    """penalty on entering a deadlock; None: `weight_fin`. The paper knows no deadlocks: there it is what the Fin marks
-    of the deadlock cost, for ever if there are any, else nothing."""
     gamma: float = 0.99
-    """discount of every step, in (0, 1]."""
     pair: int | None = None
-    """index of the pair that is rewarded; None: the only one, or that which the policy chooses."""
 
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)

@@ -26,6 +26,13 @@ class StepRewards:
     """What a scheme says about each step (state, letter class), before deadlocks and accepting sinks are dealt with.
 
     Each entry is a number for all steps, or an array of shape (n_states, n_classes).
+
+    Attributes:
+        accepted: whether it carries an acceptance mark.
+        reward, discount, stop, stop_reward: as in `RewardTables`.
+        violation: reward of a step that enters a deadlock or breaks the promise to satisfy a pair, instead of `reward`.
+        satisfaction: reward of the step into an accepting sink, where the episode ends: what accepting at every step
+            for ever would be worth; None if that has no finite value, and then the episode goes on.
     """
 
     accepted: BoolArray
@@ -34,27 +41,27 @@ class StepRewards:
     stop: FloatArray | float = 0.0
     stop_reward: FloatArray | float = 0.0
     violation: float = 0.0
-    """reward of a step that enters a deadlock or breaks the promise to satisfy a pair, instead of `reward`."""
     satisfaction: float | None = None
-    """reward of the step into an accepting sink, where the episode ends: what accepting at every step for ever would
-    be worth; None if that has no finite value, and then the episode goes on."""
 
 
 @dataclass(frozen=True)
 class RewardScheme(ABC):
-    """A way to turn a deterministic Rabin automaton into rewards; the fields of a scheme are its parameters."""
+    """A way to turn a deterministic Rabin automaton into rewards; the fields of a scheme are its parameters.
+
+    Attributes:
+        citation: authors, title, venue, year and DOI of the source.
+        guarantee: one sentence: what a policy that is optimal for these rewards is known to satisfy.
+        requires: the form of automaton that `steps` takes; `compile` brings any automaton into it.
+        comparisons: the parameters, besides the defaults, with which `ltlc.faithful` compares it with other schemes.
+        on_deadlock: what follows a violation unless `compile` is told otherwise.
+    """
 
     name: ClassVar[str]
     citation: ClassVar[str]
-    """authors, title, venue, year and DOI of the source."""
     guarantee: ClassVar[str]
-    """one sentence: what a policy that is optimal for these rewards is known to satisfy."""
     requires: ClassVar[str]
-    """the form of automaton that `steps` takes; `compile` brings any automaton into it."""
     comparisons: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
-    """the parameters, besides the defaults, with which `ltlc.faithful` compares it with other schemes."""
     on_deadlock: ClassVar[OnDeadlock] = "terminate"
-    """what follows a violation unless `compile` is told otherwise."""
 
     @abstractmethod
     def steps(self, dra: RabinAutomaton) -> StepRewards:

@@ -45,6 +45,10 @@ def shape(tables: RewardTables, potential: FloatArray) -> RewardTables:
 class Shaped(RewardScheme):
     """Another scheme, shaped with the potential `weight` times the progress to acceptance.
 
+    Attributes:
+        scheme: the scheme underneath.
+        weight: potential of a state on an accepting cycle; a deadlock has 0.
+
     References:
         A. Camacho, R. Toro Icarte, T. Q. Klassen, R. Valenzano, S. A. McIlraith, LTL and beyond: formal languages for
         reward function specification in reinforcement learning, IJCAI 2019, doi 10.24963/ijcai.2019/840.
@@ -58,9 +62,7 @@ class Shaped(RewardScheme):
     requires: ClassVar[str] = "what the scheme underneath needs"
 
     scheme: RewardScheme
-    """the scheme underneath."""
     weight: float = 1.0
-    """potential of a state on an accepting cycle; a deadlock has 0."""
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.weight):

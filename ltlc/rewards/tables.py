@@ -30,41 +30,47 @@ class RewardTables:
     Where the *environment* ends the episode with the step, and the tables do not, what follows is worth
     `closing[next_state[q, c], c]`, discounted as anything else that follows.
 
+    Attributes:
+        aps: the propositions that the tables read.
+        letter_class: shape (2**len(aps),), int32; entry = class of the letter.
+        initial_state: table state before any letter is read.
+        next_state: shape (n_states, n_classes), int32; entry = next table state, after a deadlock has been dealt with.
+        reward: shape (n_states, n_classes), float64; computed from the state entered, deadlock included.
+        discount: shape (n_states, n_classes), float64 in [0, 1]; weight of all that follows the step.
+        stop: shape (n_states, n_classes), float64 in [0, 1]; probability that the step ends the episode.
+        stop_reward: shape (n_states, n_classes), float64; paid on top of `reward` when the step ends the episode.
+        violated: shape (n_states, n_classes), bool; whether the step enters a deadlock of the automaton.
+        accepted: shape (n_states, n_classes), bool; whether the step carries an acceptance mark.
+        automaton_state: shape (n_states,), int32; the automaton state behind each table state (a scheme may refine
+            states).
+        progress: shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, less the more letters away, 0 in a
+            deadlock.
+        commit: shape (n_states, n_choices), int32; the state after choosing pair i, -1 where it cannot be chosen;
+            usually there are no choices.
+        closing: shape (n_states, n_classes), float64; value of standing in a state where the environment has terminated
+            and the last letter, of that class, is repeated for ever; usually 0 if nothing follows the end of the
+            environment.
+        on_termination: whether `closing` is about the last letter for ever (`repeat`), or nothing follows (`cut`).
+
     Raises:
         InvalidArgumentError: the arrays do not fit together, or an entry is out of range or not finite.
     """
 
     aps: tuple[str, ...]
     letter_class: IntArray
-    """shape (2**len(aps),), int32; entry = class of the letter."""
     initial_state: int
-    """table state before any letter is read."""
     next_state: IntArray
-    """shape (n_states, n_classes), int32; entry = next table state, after a deadlock has been dealt with."""
     reward: FloatArray
-    """shape (n_states, n_classes), float64; computed from the state entered, deadlock included."""
     discount: FloatArray
-    """shape (n_states, n_classes), float64 in [0, 1]; weight of all that follows the step."""
     stop: FloatArray
-    """shape (n_states, n_classes), float64 in [0, 1]; probability that the step ends the episode."""
     stop_reward: FloatArray
-    """shape (n_states, n_classes), float64; paid on top of `reward` when the step ends the episode."""
     violated: BoolArray
-    """shape (n_states, n_classes), bool; whether the step enters a deadlock of the automaton."""
     accepted: BoolArray
-    """shape (n_states, n_classes), bool; whether the step carries an acceptance mark."""
     automaton_state: IntArray
-    """shape (n_states,), int32; the automaton state behind each table state (a scheme may refine states)."""
     progress: FloatArray
-    """shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, less the more letters away, 0 in a deadlock."""
     commit: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int32))
-    """shape (n_states, n_choices), int32; the state after choosing pair i, -1 where it cannot be chosen; usually there
-    are no choices."""
     closing: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    """shape (n_states, n_classes), float64; value of standing in a state where the environment has terminated and the
-    last letter, of that class, is repeated for ever; usually 0 if nothing follows the end of the environment."""
     on_termination: OnTermination = "cut"
-    """whether `closing` is about the last letter for ever (`repeat`), or nothing follows (`cut`)."""
 
     def __post_init__(self) -> None:
         table = np.shape(self.next_state)

@@ -19,6 +19,15 @@ class Thesis(RewardScheme):
     the marks decide. Those translated here have no Fin marks outside the components where the pair accepts; ltl2dstar,
     which the thesis used, puts them on every transient state.
 
+    Attributes:
+        accepting: reward on entering G when the episode goes on.
+        rejecting: reward on entering B.
+        deadlock: reward on entering a deadlock.
+        other: reward of any other step.
+        terminal: reward of the step that ends the episode.
+        terminate_on_accept: whether entering G ends the episode; if not, only an accepting sink does.
+        gamma: discount of every step, in (0, 1].
+
     References:
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, equation 4.3,
         https://hdl.handle.net/10161/17056. The deadlock reward is paid on entering, before the state is reset; as
@@ -35,19 +44,12 @@ class Thesis(RewardScheme):
     on_deadlock: ClassVar[OnDeadlock] = "stay"
 
     accepting: float = -1.0
-    """reward on entering G when the episode goes on."""
     rejecting: float = -10.0
-    """reward on entering B."""
     deadlock: float = -100.0
-    """reward on entering a deadlock."""
     other: float = -1.0
-    """reward of any other step."""
     terminal: float = -1.0
-    """reward of the step that ends the episode."""
     terminate_on_accept: bool = True
-    """whether entering G ends the episode; if not, only an accepting sink does."""
     gamma: float = 0.99
-    """discount of every step, in (0, 1]."""
 
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)

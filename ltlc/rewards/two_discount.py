@@ -17,6 +17,10 @@ from ltlc.rewards.tables import BoolArray
 class TwoDiscount(BuchiScheme):
     """An accepting step pays 1 - gamma_accept and is discounted by gamma_accept; another pays 0, discounted by gamma.
 
+    Attributes:
+        gamma_accept: discount of accepting steps, in (0, 1).
+        gamma: discount of the other steps, in (0, 1].
+
     References:
         A. K. Bozkurt, Y. Wang, M. M. Zavlanos, M. Pajic, Control synthesis from linear temporal logic specifications
         using model-free reinforcement learning, ICRA 2020, doi 10.1109/ICRA40945.2020.9196796.
@@ -31,9 +35,7 @@ class TwoDiscount(BuchiScheme):
     limit_parameter: ClassVar[str] = "gamma_accept"
 
     gamma_accept: float = 0.99
-    """discount of accepting steps, in (0, 1)."""
     gamma: float = 0.99999
-    """discount of the other steps, in (0, 1]."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

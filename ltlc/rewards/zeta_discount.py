@@ -16,6 +16,9 @@ class ZetaDiscount(BuchiScheme):
 
     Multiplying by 1 - zeta gives the values of `zeta-reach`, without its randomness.
 
+    Attributes:
+        zeta: discount of accepting steps, in (0, 1).
+
     References:
         E. M. Hahn, M. Perez, S. Schewe, F. Somenzi, A. Trivedi, D. Wojtczak, Faithful and effective reward schemes for
         model-free reinforcement learning of omega-regular objectives, ATVA 2020, doi 10.1007/978-3-030-59152-6_6.
@@ -30,7 +33,6 @@ class ZetaDiscount(BuchiScheme):
     limit_parameter: ClassVar[str] = "zeta"
 
     zeta: float = 0.99
-    """discount of accepting steps, in (0, 1)."""
 
     def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1 / (1 - zeta)."""

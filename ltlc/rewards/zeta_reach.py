@@ -16,6 +16,9 @@ from ltlc.rewards.tables import BoolArray
 class ZetaReach(BuchiScheme):
     """On each accepting step the episode ends with probability 1 - zeta, and only then 1 is paid; no discount.
 
+    Attributes:
+        zeta: probability of going on after an acceptance, in (0, 1).
+
     References:
         E. M. Hahn, M. Perez, S. Schewe, F. Somenzi, A. Trivedi, D. Wojtczak, Omega-regular objectives in model-free
         reinforcement learning, TACAS 2019, doi 10.1007/978-3-030-17462-0_27.
@@ -30,7 +33,6 @@ class ZetaReach(BuchiScheme):
     limit_parameter: ClassVar[str] = "zeta"
 
     zeta: float = 0.99
-    """probability of going on after an acceptance, in (0, 1)."""
 
     def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1."""

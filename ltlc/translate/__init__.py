@@ -1,4 +1,7 @@
-"""LTL to deterministic Rabin automata: a portfolio of constructions and a pipeline that keeps the smallest result."""
+"""LTL to deterministic Rabin automata: a portfolio of constructions and a pipeline that keeps the smallest result.
+
+Examples: docs/examples.md.
+"""
 
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, register_construction
 from ltlc.translate.pipeline import Effort, translate
