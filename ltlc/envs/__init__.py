@@ -9,28 +9,35 @@ from ltlc.envs.flat_world import FlatWorld, VectorFlatWorld
 from ltlc.envs.grid import GridWorld, VectorGridWorld
 from ltlc.envs.grid_map import HOLD, GridMap, grid_map
 from ltlc.envs.labels import LABELLERS, LabelFunction, register_labeller
-from ltlc.envs.protocol import MappedEnv, ModelledEnv
+from ltlc.envs.letter_world import LetterWorld, VectorLetterWorld
+from ltlc.envs.protocol import DrawnEnv, MappedEnv, ModelledEnv
 from ltlc.envs.recorded import RECORDED, recorded_automaton
 from ltlc.envs.registration import register_envs
 from ltlc.envs.tabular import board_of, labelled_mdp
 from ltlc.envs.thesis import thesis_map, thesis_vector_world, thesis_world
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
 from ltlc.envs.wrapper import LTLWrapper
+from ltlc.envs.zone_world import VectorZoneWorld, ZoneWorld
 
 __all__ = [
     "HOLD",
     "LABELLERS",
     "RECORDED",
+    "DrawnEnv",
     "FlatWorld",
     "GridMap",
     "GridWorld",
     "LTLVectorWrapper",
     "LTLWrapper",
     "LabelFunction",
+    "LetterWorld",
     "MappedEnv",
     "ModelledEnv",
     "VectorFlatWorld",
     "VectorGridWorld",
+    "VectorLetterWorld",
+    "VectorZoneWorld",
+    "ZoneWorld",
     "board_of",
     "grid_map",
     "labelled_mdp",

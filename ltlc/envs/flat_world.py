@@ -1,4 +1,4 @@
-"""FlatWorld: a point that walks among coloured circles, as multi-task temporal-logic agents are compared in.
+"""FlatWorld: a point that walks among coloured circles, where multi-task agents are compared.
 
 References:
     M. Jackermeier, A. Abate, DeepLTL: learning to efficiently satisfy complex LTL specifications for multi-task RL,
@@ -16,6 +16,7 @@ from gymnasium.vector import AutoresetMode
 
 from ltlc.envs.vector_world import BoolArray, FloatArray, IntArray, SingleWorld, StreamedWorld
 from ltlc.errors import InvalidArgumentError
+from ltlc.scene import Region, Scene
 
 OUTSIDE = "outside"
 """what holds where the world has been left."""
@@ -104,13 +105,21 @@ class VectorFlatWorld(StreamedWorld):
         self._square = np.array([c.radius**2 for c in self.circles])[:, None]
         self._bits = np.array([1 << colours.index(c.colour) for c in self.circles], dtype=np.int64)[:, None]
         self._at = np.zeros((2, num_envs))
+        self._letter = np.zeros(num_envs, dtype=np.int64)
         self._strides = stride * DIRECTIONS.T
+
+    def scene(self, copy: int = 0) -> Scene:
+        """The circles and the point of one copy."""
+        w = self.half_width
+        x, y = self._at[:, copy].tolist()
+        return Scene((-w, -w, w, w), tuple(Region(*circle) for circle in self.circles), (x, y))
 
     def _begin(self, mask: BoolArray) -> None:
         def free(numbers: FloatArray, copies: IntArray) -> BoolArray:
             return np.equal(self._colours(self._place(numbers)), 0)
 
         self._at[:, mask] = self._place(self._draw_until(mask, 2, free, "a start outside the circles"))
+        self._letter[mask] = 0
 
     def _place(self, numbers: FloatArray) -> FloatArray:
         return self.half_width * (2 * numbers.T - 1)
@@ -121,16 +130,15 @@ class VectorFlatWorld(StreamedWorld):
             self._at += self.stride * vectors / np.maximum(np.hypot(*vectors), 1.0)
         else:
             self._at += self._strides.take(actions, axis=1)
-        return self._outside()
-
-    def _outside(self) -> BoolArray:
-        return np.asarray(np.abs(self._at).max(axis=0) > self.half_width)
+        outside = np.abs(self._at).max(axis=0) > self.half_width
+        self._letter = np.where(outside, 1 << len(self.propositions) - 1, self._colours(self._at))
+        return np.asarray(outside)
 
     def _observation(self) -> Any:
         return self._at.T.astype(np.float32)
 
     def _letters(self) -> IntArray:
-        return np.where(self._outside(), 1 << len(self.propositions) - 1, self._colours(self._at))
+        return self._letter.copy()
 
     def _colours(self, at: FloatArray) -> IntArray:
         """The colours at some places, shape (2, m), as bits, shape (m,)."""

@@ -1,8 +1,8 @@
-"""What an environment may offer beyond Gymnasium's interface: an exact model, and a map to draw policies on.
+"""What an environment may offer beyond Gymnasium's interface: an exact model, and maps to draw on.
 
-An environment with the method `labelled_mdp` gets exact verdicts, and one with `board` pictures of policies, from
-`ltlc solve`, `train` and `evaluate` as from the library. Wrappers are looked through: the methods belong to the
-environment itself (`env.unwrapped`).
+An environment with the method `labelled_mdp` gets exact verdicts, one with `board` pictures of policies, and one with
+`scene` pictures of trajectories, from `ltlc solve`, `train` and `evaluate` as from the library. Wrappers are looked
+through: the methods belong to the environment itself (`env.unwrapped`).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Protocol, runtime_checkable
 
 from ltlc.board import Board
 from ltlc.mdp import LabelledMDP
+from ltlc.scene import Scene
 
 
 @runtime_checkable
@@ -42,4 +43,13 @@ class MappedEnv(Protocol):
 
     def board(self) -> Board:
         """The map; cell i is state i of the model."""
+        ...
+
+
+@runtime_checkable
+class DrawnEnv(Protocol):
+    """An environment in the plane, of which trajectories can be drawn."""
+
+    def scene(self, copy: int = 0) -> Scene:
+        """The world and who moves in it, now; of a vector environment, those of one copy."""
         ...

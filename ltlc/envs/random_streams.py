@@ -59,10 +59,14 @@ class RandomStreams:
 
     def draw_many(self, mask: npt.NDArray[np.bool_], k: int) -> npt.NDArray[np.float64]:
         """The next k numbers of the masked streams, shape (mask.sum(), k)."""
+        return (self.words(mask, k) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+    def words(self, mask: npt.NDArray[np.bool_], k: int) -> npt.NDArray[np.uint64]:
+        """The same as `draw_many`, as 64 random bits each."""
         ahead = np.arange(1, k + 1, dtype=np.uint64) * np.uint64(STEP)
         state = self._state[mask][:, None] + ahead
-        self._state[mask] += ahead[-1]
-        return (mix_all(state) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        self._state[mask] = state[:, -1]
+        return mix_all(state)
 
 
 def fresh_keys(n: int) -> npt.NDArray[np.uint64]:

@@ -22,6 +22,16 @@ _ENVS: dict[str, dict[str, Any]] = {
         "vector_entry_point": "ltlc.envs.flat_world:VectorFlatWorld",
         "max_episode_steps": 500,
     },
+    "ltlc/LetterWorld-v0": {
+        "entry_point": "ltlc.envs.letter_world:LetterWorld",
+        "vector_entry_point": "ltlc.envs.letter_world:VectorLetterWorld",
+        "max_episode_steps": 75,
+    },
+    "ltlc/Zone8-v0": {
+        "entry_point": "ltlc.envs.zone_world:ZoneWorld",
+        "vector_entry_point": "ltlc.envs.zone_world:VectorZoneWorld",
+        "max_episode_steps": 1000,
+    },
 }
 
 

@@ -16,6 +16,7 @@ from gymnasium.vector.utils import batch_space
 from ltlc.envs.letters import NamesOfLetters
 from ltlc.envs.random_streams import RandomStreams
 from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.scene import Scene
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
@@ -182,11 +183,23 @@ class StreamedWorld(VectorWorld):
     Copy i of a batch seeded with s goes the way of the single world seeded with s + i, whatever its neighbours do.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(self, num_envs: int, *arguments: Any, **options: Any) -> None:
         super().__init__(num_envs, *arguments, **options)
         self._streams = RandomStreams(num_envs)
+
+    @abstractmethod
+    def scene(self, copy: int = 0) -> Scene:
+        """The world of one copy, and who moves in it, now."""
+
+    def render(self) -> Any:
+        """One picture per copy, see `SingleWorld.render`."""
+        if self.render_mode is None:
+            return None
+        from ltlc.pictures.trajectories import as_pixels
+
+        return tuple(as_pixels(self.scene(copy)) for copy in range(self.num_envs))
 
     def _seed(self, seed: int | Sequence[int | None]) -> None:
         self._streams.seed(seed)
@@ -254,6 +267,19 @@ class SingleWorld(gym.Env[Any, Any]):
         return (
             batch._observation()[0], 0.0, bool(terminated[0]), False, {"labels": self._names[int(batch._letters()[0])]}
         )  # fmt: skip
+
+    def render(self) -> Any:
+        """The world with who moves in it, an array of shape (height, width, 3), uint8."""
+        if self.render_mode is None:
+            gym.logger.warn("render() needs a render mode: render_mode='rgb_array'")
+            return None
+        from ltlc.pictures.trajectories import as_pixels
+
+        return as_pixels(self.scene())
+
+    def scene(self, copy: int = 0) -> Scene:
+        """The world and who moves in it, now."""
+        return self._batch.scene(copy)
 
 
 def check_render_mode(mode: str | None, modes: Sequence[str]) -> None:

@@ -43,7 +43,7 @@ FLOORS = {
 
 # Modules that stand by themselves and make one part.
 SAME_PART = dict.fromkeys(
-    ("atomic", "board", "budget", "errors", "graph", "registry", "splitmix", "version"), "foundation"
+    ("atomic", "board", "budget", "errors", "graph", "registry", "scene", "splitmix", "version"), "foundation"
 )
 SAME_PART |= dict.fromkeys(("many", "task"), "compiler")
 
