@@ -254,4 +254,4 @@ def _grown(cells: Words, size: int) -> Words:
     one, wide, across, down = (np.uint64(k) for k in (1, size - 1, size, n - size))
     rows = cells | (cells >> across) | (cells << down) | (cells << across) | (cells >> down)
     columns = ((cells & ~east) << one) | ((cells & east) >> wide) | ((cells & ~west) >> one) | ((cells & west) << wide)
-    return (rows | columns) & full
+    return np.asarray((rows | columns) & full)
