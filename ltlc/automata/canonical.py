@@ -6,22 +6,31 @@ from dataclasses import replace
 
 import numpy as np
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import IntArray, RabinAutomaton
 from ltlc.budget import check_time
 
+CANONICAL = "canonical"
+"""the name of the form in `RabinAutomaton.forms`."""
 
-def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
+
+def canonical(automaton: RabinAutomaton, entered: IntArray | None = None) -> RabinAutomaton:
     """States numbered breadth-first from the initial state, letters in increasing order; unreachable ones dropped.
 
     Letter classes that no reachable state tells apart are merged, and numbered by their first letter. Propositions,
     pairs and their order stay. Two automata that differ in numbering alone get equal arrays.
+
+    Args:
+        automaton: any Rabin automaton.
+        entered: shape (n_states,); the state with the same language that is entered in place of each state; by default
+            itself.
     """
-    if "canonical" in automaton.facts:
+    if entered is None and CANONICAL in automaton.forms:
         return automaton
     by_first_letter: list[int] = np.argsort(automaton.alphabet.first_letter, kind="stable").tolist()
-    rows = [[row[c] for c in by_first_letter] for row in automaton.rows]
-    order = [automaton.initial_state]
-    number = {automaton.initial_state: 0}
+    table = automaton.delta if entered is None else entered[automaton.delta]
+    rows: list[list[int]] = table[:, by_first_letter].tolist()
+    order = [automaton.initial_state if entered is None else int(entered[automaton.initial_state])]
+    number = {order[0]: 0}
     for state in order:  # grows while it is read
         if not state & 255:
             check_time()
@@ -37,10 +46,10 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
         told_apart_by = delta + [[marks[state][c] for c in by_first_letter] for state in order]
     columns: dict[tuple[int, ...], int] = {}
     merged = [columns.setdefault(column, len(columns)) for column in zip(*told_apart_by, strict=True)]
+    languages = automaton.languages if automaton.has_languages else None
     in_order = order == list(range(automaton.n_states))
-    if in_order and len(columns) == automaton.n_classes and by_first_letter == merged:
-        automaton.facts.add("canonical")
-        return automaton
+    if in_order and len(columns) == automaton.n_classes and by_first_letter == merged and entered is None:
+        return automaton.annotated(CANONICAL)
     kept = [merged.index(column) for column in range(len(columns))]
     fin, inf = automaton.fin[:, order], automaton.inf[:, order]
     if automaton.acceptance == "transition":
@@ -49,7 +58,7 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
     merged_class = np.empty(automaton.n_classes, dtype=np.int32)
     merged_class[by_first_letter] = merged
     names = automaton.state_names
-    result = replace(
+    return replace(
         automaton,
         delta=np.array(delta, dtype=np.int32)[:, kept],
         letter_class=merged_class[automaton.letter_class],
@@ -57,6 +66,4 @@ def canonical(automaton: RabinAutomaton) -> RabinAutomaton:
         inf=inf,
         initial_state=0,
         state_names=None if names is None else tuple(names[state] for state in order),
-    ).keeping_languages(automaton, order)
-    result.facts.add("canonical")
-    return result
+    ).annotated(CANONICAL, languages=None if languages is None else languages[order])

@@ -21,6 +21,8 @@ from ltlc.automata.rabin import BoolArray, RabinAutomaton
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
 
+SIMPLE_MARKS = "simple marks"
+"""the name of the form in `RabinAutomaton.forms`."""
 EdgePair = tuple[set[Edge], set[Edge]]
 """Fin and Inf edges of one pair in one strong component."""
 
@@ -36,7 +38,7 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
         S. C. Krishnan, A. Puri, R. K. Brayton, Deterministic omega-automata vis-a-vis deterministic Buchi automata,
         ISAAC 1994, doi 10.1007/3-540-58325-4_202, for the Buchi type; the same idea is used here for one Rabin pair.
     """
-    if "simple marks" in automaton.facts:
+    if SIMPLE_MARKS in automaton.forms:
         return automaton
     chosen = [(c.nodes, c.pairs()) for c in components(automaton)]
     n_pairs = max([1, *(len(pairs) for _, pairs in chosen)])
@@ -54,11 +56,9 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
                 for q in nodes if edges else ():
                     table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
     if np.array_equal(fin, automaton.fin) and np.array_equal(inf, automaton.inf):
-        result = automaton
-    else:
-        result = replace(automaton, fin=fin, inf=inf).keeping_languages(automaton)
-    result.facts.add("simple marks")
-    return result
+        return automaton.annotated(SIMPLE_MARKS)
+    languages = automaton.languages if automaton.has_languages else None
+    return replace(automaton, fin=fin, inf=inf).annotated(SIMPLE_MARKS, languages=languages)
 
 
 def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:

@@ -7,6 +7,7 @@ share a *letter class*, and the tables are indexed by class: `delta[state, lette
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Integral
@@ -64,8 +65,8 @@ class RabinAutomaton(Output):
         formula: the formula it was compiled from, as text.
         state_names: one name per state, or None; for readers only.
         translator: the construction that built it, or None.
-        facts: normal forms that this automaton is known to have, so that they are not made again; `replace` forgets
-            them.
+        forms: normal forms that it is known to have, so that they are not made again; `replace` forgets them.
+        known_languages: `languages`, where they are known from how it was made; `replace` forgets them.
 
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
@@ -82,7 +83,8 @@ class RabinAutomaton(Output):
     formula: str | None = None
     state_names: tuple[str, ...] | None = None
     translator: str | None = None
-    facts: set[str] = field(default_factory=set, init=False, repr=False)
+    forms: frozenset[str] = field(default=frozenset(), init=False, compare=False)
+    known_languages: IntArray | None = field(default=None, init=False, compare=False)
 
     def __post_init__(self) -> None:
         n_aps = len(self.aps)
@@ -106,18 +108,18 @@ class RabinAutomaton(Output):
         _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
 
-    def with_metadata(self, formula: str | None, translator: str | None) -> Self:
-        """The same automaton, said to come from this formula and construction; what was computed for it is kept."""
-        twin = object.__new__(type(self))
-        vars(twin).update(vars(self), formula=formula, translator=translator)
-        return twin
+    def annotated(self, *forms: str, languages: IntArray | None = None) -> Self:
+        """The same automaton with these normal forms, and these `languages` of its states if they are given.
 
-    def keeping_languages(self, other: RabinAutomaton, states: Sequence[int] | slice = slice(None)) -> Self:
-        """The automaton itself; its states have the `languages` of these states of another one, if those are known."""
-        known = vars(other).get("languages")
-        if known is not None:
-            vars(self)["languages"] = number_blocks(known[states].tolist())
-        return self
+        Args:
+            forms: names, kept in addition to those known already.
+            languages: shape (n_states,); equal entries for states that accept the same words, however numbered.
+        """
+        twin = copy(self)
+        object.__setattr__(twin, "forms", self.forms | set(forms))
+        if languages is not None:
+            object.__setattr__(twin, "known_languages", number_blocks(languages.tolist()))
+        return twin
 
     @property
     def n_states(self) -> int:
@@ -195,7 +197,12 @@ class RabinAutomaton(Output):
     @cached_property
     def languages(self) -> IntArray:
         """Shape (n_states,), int32; states with equal entries accept the same words, numbered by their first states."""
-        return equivalent_states(self)
+        return equivalent_states(self) if self.known_languages is None else self.known_languages
+
+    @property
+    def has_languages(self) -> bool:
+        """Whether `languages` are known, so that asking for them costs nothing."""
+        return self.known_languages is not None or "languages" in vars(self)
 
     @property
     def n_languages(self) -> int:
@@ -305,4 +312,4 @@ def _freeze(automaton: RabinAutomaton, field: str, dtype: type[np.generic], shap
     if array.ndim != len(shape) or array.shape[array.ndim - known :] != shape[len(shape) - known :]:
         raise InvalidAutomatonError(f"{field} has shape {array.shape}, expected {shape} (None: any size)")
     array.flags.writeable = False
-    vars(automaton)[field] = array
+    object.__setattr__(automaton, field, array)

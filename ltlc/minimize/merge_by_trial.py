@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ltlc import graph
+from ltlc.automata.acceptance import exactly_one
+from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.canonical import canonical
-from ltlc.automata.compare import distinguishing_letters
+from ltlc.automata.emptiness import accepting_walk
 from ltlc.automata.languages import can_decide_languages, equivalent_states
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within
 from ltlc.automata.rabin import RabinAutomaton
@@ -24,32 +25,43 @@ _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 
 
-def merge_by_trial(automaton: RabinAutomaton, effort: int = EFFORT) -> RabinAutomaton:
+def merge_by_trial(
+    automaton: RabinAutomaton, effort: int = EFFORT, *, reference: RabinAutomaton | None = None, least: int = 1
+) -> RabinAutomaton:
     """Replace states by others with the same language, as long as the automaton keeps its language.
 
     Unlike `merge_equivalent` this merges inside a strong component, where equal languages are not enough: a run could
     be redirected for ever. So each replacement is tried, most similar states first, and decided exactly. States keep
-    their languages on the way, because what can follow a prefix is fixed by the language of the whole. Where the time
-    of the call is over, what is merged stays so.
+    their languages on the way, because what can follow a prefix is fixed by the language of the whole. So only cycles
+    that are redirected can go wrong, and another automaton of the language can tell which do. Where the time of the
+    call is over, what is merged stays so.
 
     Args:
         automaton: any Rabin automaton.
         effort: number of product edges after which no more is tried; 0 tries nothing.
+        reference: an equivalent automaton over the same propositions, the smaller the better; by default itself.
+        least: no equivalent automaton has fewer states, so that nothing is tried once it is reached.
     """
     result = automaton
     with suppress(TimeLimitExceeded):
-        for smaller in _merging(automaton, effort):
+        for smaller in _merging(automaton, effort, reference):
             result = smaller
+            if result.n_states <= least:
+                break
     return result
 
 
-def _merging(automaton: RabinAutomaton, effort: int) -> Iterator[RabinAutomaton]:
+def _merging(automaton: RabinAutomaton, effort: int, reference: RabinAutomaton | None) -> Iterator[RabinAutomaton]:
     """The automaton in canonical form, and after each merging."""
     current = canonical(automaton)
     yield current
     if effort <= 0:
         return
-    language = current.languages if can_decide_languages(current) else equivalent_states(current, effort)
+    if current.has_languages or can_decide_languages(current):
+        language = current.languages
+    else:
+        language = equivalent_states(current, effort)
+    judge = _Judge(current, current if reference is None else reference)
     words: list[_Word] = []
     merged = True
     while merged:
@@ -62,14 +74,112 @@ def _merging(automaton: RabinAutomaton, effort: int) -> Iterator[RabinAutomaton]
             if _refuted(current, old, new, words):
                 continue
             effort -= current.n_states * current.n_classes
-            attempt = _redirected(current, old, new)
-            found = distinguishing_letters(attempt, current)
+            found = judge.wrong_word(current, old, new)
             if found is None:
-                language = language[graph.reachable(attempt.delta, [attempt.initial_state])]
-                current, merged = canonical(attempt.keeping_languages(current)), True
+                entered = np.arange(current.n_states, dtype=np.int32)
+                entered[old] = new
+                kept = graph.reachable(entered[current.delta], [int(entered[current.initial_state])])
+                language = language[kept]
+                judge.keep(kept)
+                current, merged = canonical(current, entered), True
                 yield current
                 break
-            words.insert(0, _word(current, *found))
+            words.insert(0, found)
+
+
+class _Judge:
+    """Decides redirections by another automaton of the language.
+
+    Args:
+        automaton: canonical; its states may become fewer.
+        reference: an automaton of the same language over the same propositions.
+    """
+
+    def __init__(self, automaton: RabinAutomaton, reference: RabinAutomaton) -> None:
+        self.reference = reference
+        _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
+        self.columns = reference.letter_class[self.letters].tolist()
+        self.twin = twins(automaton, reference)
+
+    def keep(self, states: list[int]) -> None:
+        """Only these states are left, in this order."""
+        self.twin = [self.twin[q] for q in states]
+
+    def wrong_word(self, automaton: RabinAutomaton, old: int, new: int) -> _Word | None:
+        """A word whose verdict changes if `new` is entered in place of `old`, a state of the same language.
+
+        Cycles that are not redirected keep their verdicts, and the others pass through `new`.
+        """
+        first, last = automaton.scc[new], automaton.scc[old]
+        columns = automaton.letter_class[self.letters].tolist()
+        entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None
+        shift = 2 * automaton.n_pairs
+        nodes = [(new, self.twin[new])]
+        number = {nodes[0]: 0}
+        letter_along: list[dict[tuple[int, int], int]] = []
+        for state, other in nodes:  # grows while it is read
+            if not len(letter_along) & 255:
+                check_time()
+            along: dict[tuple[int, int], int] = {}
+            row, marks = automaton.rows[state], automaton.edge_marks[state]
+            row_of_other, marks_of_other = self.reference.rows[other], self.reference.edge_marks[other]
+            for letter, (c, d) in enumerate(zip(columns, self.columns, strict=True)):
+                target, seen = row[c], marks[c]
+                if target == old:
+                    target, seen = new, seen if entered_new is None else entered_new
+                elif not first <= automaton.scc[target] <= last:
+                    continue
+                node = (target, row_of_other[d])
+                if node not in number:
+                    number[node] = len(nodes)
+                    nodes.append(node)
+                along.setdefault((number[node], seen | marks_of_other[d] << shift), letter)
+            letter_along.append(along)
+        walk = accepting_walk(
+            [sorted(along) for along in letter_along], exactly_one(automaton.n_pairs, self.reference.n_pairs), 0
+        )
+        if walk is None:
+            return None
+        prefix, cycle = [
+            [int(self.letters[letter_along[source][target, marks]]) for source, target, marks in edges]
+            for edges in walk
+        ]
+        prefix = _way(automaton, new) + prefix
+        return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
+
+
+def twins(automaton: RabinAutomaton, other: RabinAutomaton) -> list[int]:
+    """A state of the same language for each state, in an equivalent automaton over the same propositions.
+
+    Args:
+        automaton: all of its states can be reached.
+        other: the equivalent automaton.
+    """
+    columns = other.letter_class[automaton.alphabet.first_letter].tolist()
+    twin = {automaton.initial_state: other.initial_state}
+    order = [automaton.initial_state]
+    for state in order:  # grows while it is read
+        for target, c in zip(automaton.rows[state], columns, strict=True):
+            if target not in twin:
+                twin[target] = other.rows[twin[state]][c]
+                order.append(target)
+    return [twin[q] for q in range(automaton.n_states)]
+
+
+def _way(automaton: RabinAutomaton, state: int) -> list[int]:
+    """Letters that lead from the initial state to another one."""
+    came: dict[int, tuple[int, int]] = {}
+    order = [automaton.initial_state]
+    for source in order:  # grows while it is read
+        for c, target in enumerate(automaton.rows[source]):
+            if target not in came and target != automaton.initial_state:
+                came[target] = source, int(automaton.alphabet.first_letter[c])
+                order.append(target)
+    letters = []
+    while state != automaton.initial_state:
+        state, letter = came[state]
+        letters.append(letter)
+    return letters[::-1]
 
 
 class _Word(NamedTuple):
@@ -78,15 +188,6 @@ class _Word(NamedTuple):
     prefix: list[int]
     cycle: list[int]
     accepted: bool
-
-
-def _word(automaton: RabinAutomaton, aps: Sequence[str], prefix: list[int], cycle: list[int]) -> _Word:
-    """The word given over other propositions."""
-    bits = [automaton.letter([name]) for name in aps]
-    prefix, cycle = [
-        [sum(bit for i, bit in enumerate(bits) if letter >> i & 1) for letter in letters] for letters in (prefix, cycle)
-    ]
-    return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
 
 
 def _refuted(automaton: RabinAutomaton, old: int, new: int, words: list[_Word]) -> bool:
@@ -135,10 +236,3 @@ def _candidates(automaton: RabinAutomaton, language: IntArray) -> list[tuple[int
     differences = (automaton.delta[old] != automaton.delta[new]) | (marks[old] != marks[new])
     order = np.lexsort((new, -old, differences.sum(axis=1)))
     return list(zip(old[order].tolist(), new[order].tolist(), strict=True))
-
-
-def _redirected(automaton: RabinAutomaton, old: int, new: int) -> RabinAutomaton:
-    """Every way into `old` leads into `new`."""
-    target = np.arange(automaton.n_states, dtype=np.int32)
-    target[old] = new
-    return replace(automaton, delta=target[automaton.delta], initial_state=int(target[automaton.initial_state]))

@@ -150,7 +150,7 @@ def translate(
         if effort == "best":
             left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
             automaton = minimize(automaton, timeout=min(_SAT_SECONDS, left)).automaton
-        return automaton.with_metadata(text, best.translator)
+        return replace(automaton, formula=text, translator=best.translator)
 
 
 def _tidied(automaton: RabinAutomaton, stage: Overtime) -> RabinAutomaton:
