@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, InvalidArgumentError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
@@ -24,7 +24,7 @@ MAX_SUBFORMULAS = 200_000
 class Options(NamedTuple):
     """What a translation depends on besides the formula; see `compile`."""
 
-    acceptance: Acceptance = "state"
+    acceptance: AcceptanceKind = "state"
     translator: str = "auto"
     effort: Effort = "default"
     max_states: int = MAX_STATES
@@ -60,7 +60,7 @@ DRA = RabinAutomaton
 def compile(
     formula_or_text: Formula | str,
     *,
-    acceptance: Acceptance = "state",
+    acceptance: AcceptanceKind = "state",
     translator: str = "auto",
     effort: Effort = "default",
     max_states: int = MAX_STATES,

@@ -12,7 +12,7 @@ from multiprocessing import get_context
 from numbers import Integral
 
 from ltlc.automata import RabinAutomaton
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.compiler import DRA, Cache, Options, as_formula, canonical_propositions
 from ltlc.errors import InvalidArgumentError, check_type
@@ -29,7 +29,7 @@ _Job = tuple[Formula, Options, str, float]
 def compile_many(
     formulas: Iterable[Formula | str],
     *,
-    acceptance: Acceptance = "state",
+    acceptance: AcceptanceKind = "state",
     translator: str = "auto",
     effort: Effort = "default",
     max_states: int = MAX_STATES,

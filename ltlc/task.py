@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 
 from ltlc.automata import RabinAutomaton
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, check_type
 from ltlc.ltl import Formula
@@ -63,7 +63,7 @@ class Task:
         on_deadlock: OnDeadlock | None = None,
         on_termination: OnTermination = "repeat",
         hold: str | None = None,
-        acceptance: Acceptance = "state",
+        acceptance: AcceptanceKind = "state",
         translator: str = "auto",
     ) -> None:
         if isinstance(formula, RabinAutomaton):

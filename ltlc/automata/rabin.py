@@ -32,7 +32,7 @@ from ltlc.errors import (
 
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
-Acceptance = Literal["state", "transition"]
+AcceptanceKind = Literal["state", "transition"]
 
 MAX_APS = 20
 
@@ -79,7 +79,7 @@ class RabinAutomaton(Output):
     fin: BoolArray
     inf: BoolArray
     initial_state: int = 0
-    acceptance: Acceptance = "state"
+    acceptance: AcceptanceKind = "state"
     formula: str | None = None
     state_names: tuple[str, ...] | None = None
     translator: str | None = None

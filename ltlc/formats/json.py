@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ltlc.automata.alphabet import guard_text
-from ltlc.automata.rabin import MAX_APS, Acceptance, BoolArray, IntArray, RabinAutomaton
+from ltlc.automata.rabin import MAX_APS, AcceptanceKind, BoolArray, IntArray, RabinAutomaton
 from ltlc.budget import check_time
 from ltlc.errors import FileFormatError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
@@ -99,7 +99,7 @@ def from_json(text: str) -> RabinAutomaton:
     aps = tuple(item.name() for item in document["aps"].items())
     document["aps"].check(len(set(aps)) == len(aps), "a proposition is listed twice")
     document["aps"].check(len(aps) <= MAX_APS, f"{len(aps)} propositions; at most {MAX_APS} are supported")
-    acceptance: Acceptance = document["acceptance"].one_of("state", "transition")  # type: ignore[assignment]
+    acceptance: AcceptanceKind = document["acceptance"].one_of("state", "transition")  # type: ignore[assignment]
     states = document["states"].items()
     n_states = len(states)
     document["states"].check(n_states > 0, "there is no state")
@@ -131,7 +131,7 @@ def from_json(text: str) -> RabinAutomaton:
 
 
 def _read_marks(
-    document: _Node, acceptance: Acceptance, transitions: list[_Node], edge: IntArray
+    document: _Node, acceptance: AcceptanceKind, transitions: list[_Node], edge: IntArray
 ) -> tuple[BoolArray, BoolArray]:
     """Fin and inf; `edge` is the transition taken from each state on each letter class."""
     on_states = acceptance == "state"

@@ -67,21 +67,21 @@ def collapse(automaton: RabinAutomaton) -> Minimized:
         An equivalent automaton with the same kind of acceptance, never larger, and a lower bound as by `lower_bound`.
     """
     found = residuals(automaton)
-    on_states = automaton.acceptance == "state"
     structures, bound = [], found.n_residuals
     for part in found.parts:
-        least = part_lower_bound(part, on_states)
-        structures.append(quotient(part, on_states) or source_structure(found.automaton, part))
+        least = part_lower_bound(part, automaton.acceptance)
+        structures.append(quotient(part) or source_structure(found.automaton, part))
         bound += least - len(part.residuals)
     return Minimized(rebuild(found, structures), bound)
 
 
-def quotient(part: Part, on_states: bool) -> Structure | None:
+def quotient(part: Part) -> Structure | None:
     """One state per residual of the part, or None if no pairs make that accept the right words."""
     residual_of = tuple(range(len(part.residuals)))
     if len(part.states) == len(residual_of):
         return None
-    pairs = rabin_condition(part.cycle_graph(part.step, residual_of, on_states), max_nodes=MAX_NODES)
+    cycles = part.cycle_graph(part.step, residual_of, part.acceptance == "state")
+    pairs = rabin_condition(cycles, max_nodes=MAX_NODES)
     return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.minimize.residuals import Part, residuals
 
@@ -11,29 +11,29 @@ _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
 
 
-def lower_bound(automaton: RabinAutomaton) -> int:
-    """A number of states that no equivalent automaton with the same kind of acceptance goes below.
+def lower_bound(automaton: RabinAutomaton, acceptance: AcceptanceKind | None = None) -> int:
+    """A number of states that no equivalent automaton goes below.
 
     The sum over the strong components of the residual automaton of `part_lower_bound`, and 1 for each residual that is
     visited once at most. Any number of Rabin pairs is allowed to the others.
+
+    Args:
+        automaton: any Rabin automaton.
+        acceptance: of the other automata; by default that of this one.
     """
+    kind = acceptance or automaton.acceptance
     found = residuals(automaton)
-    if found.n_residuals == found.automaton.n_states:
+    if found.n_residuals == found.automaton.n_states and kind == automaton.acceptance:
         return found.n_residuals
-    on_states = automaton.acceptance == "state"
-    return found.n_residuals + sum(part_lower_bound(p, on_states) - len(p.residuals) for p in found.parts)
+    return found.n_residuals + sum(part_lower_bound(p, kind) - len(p.residuals) for p in found.parts)
 
 
-def is_smallest(automaton: RabinAutomaton) -> bool:
-    """Whether the lower bound proves that no smaller automaton exists; large automata are not looked into."""
-    if automaton.n_states == 1:
-        return True
-    if not can_decide_languages(automaton):
-        return False
-    return automaton.n_languages == automaton.n_states or lower_bound(automaton) == automaton.n_states
+def proven_least(automaton: RabinAutomaton, acceptance: AcceptanceKind | None = None) -> int:
+    """`lower_bound`, or 1 for a large automaton, which is not looked into."""
+    return lower_bound(automaton, acceptance) if automaton.n_states > 1 and can_decide_languages(automaton) else 1
 
 
-def part_lower_bound(part: Part, on_states: bool) -> int:
+def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     """The number of states that a component of any automaton needs to cover a component of the residual automaton.
 
     One for each residual; one more if the component of the residual automaton cannot carry a Rabin condition. More if
@@ -48,9 +48,9 @@ def part_lower_bound(part: Part, on_states: bool) -> int:
         doi 10.1109/LICS.1997.614939 (the recursion over the decomposition).
     """
     n_residuals = len(part.residuals)
-    if len(part.states) == n_residuals:
+    if len(part.states) == n_residuals and part.acceptance == acceptance:
         return n_residuals
-    cycles = part.cycle_graph(part.step, range(n_residuals), on_states)
+    cycles = part.cycle_graph(part.step, range(n_residuals), acceptance == "state")
     if not isinstance(rabin_condition(cycles, max_nodes=_MAX_NODES), Conflict):
         return n_residuals
     copies = _Copies(cycles).needed(cycles.labels())

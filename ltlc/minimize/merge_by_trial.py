@@ -23,6 +23,8 @@ EFFORT = 200_000
 """default bound on the number of product edges looked at."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
+_FIRST_LOOK = 16
+"""nodes of a product after which it is looked at for the first time."""
 
 
 def merge_by_trial(
@@ -98,54 +100,79 @@ class _Judge:
     def __init__(self, automaton: RabinAutomaton, reference: RabinAutomaton) -> None:
         self.reference = reference
         _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
-        self.columns = reference.letter_class[self.letters].tolist()
         self.twin = twins(automaton, reference)
+        self._known: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
 
     def keep(self, states: list[int]) -> None:
         """Only these states are left, in this order."""
         self.twin = [self.twin[q] for q in states]
+        self._known = {}
 
     def wrong_word(self, automaton: RabinAutomaton, old: int, new: int) -> _Word | None:
         """A word whose verdict changes if `new` is entered in place of `old`, a state of the same language.
 
-        Cycles that are not redirected keep their verdicts, and the others pass through `new`.
+        Cycles that are not redirected keep their verdicts, and the others pass through `new`. Most redirections go
+        wrong soon, so cycles are looked for before all of the product is known.
         """
-        first, last = automaton.scc[new], automaton.scc[old]
-        columns = automaton.letter_class[self.letters].tolist()
+        scc = automaton.scc
+        columns = self._columns(automaton, scc[new], scc[old])
+        differ = exactly_one(automaton.n_pairs, self.reference.n_pairs)
         entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None
         shift = 2 * automaton.n_pairs
         nodes = [(new, self.twin[new])]
         number = {nodes[0]: 0}
-        letter_along: list[dict[tuple[int, int], int]] = []
+        along: list[dict[tuple[int, int], int]] = []  # per node, its edges and a letter on each
+        enough = _FIRST_LOOK
         for state, other in nodes:  # grows while it is read
-            if not len(letter_along) & 255:
-                check_time()
-            along: dict[tuple[int, int], int] = {}
             row, marks = automaton.rows[state], automaton.edge_marks[state]
             row_of_other, marks_of_other = self.reference.rows[other], self.reference.edge_marks[other]
-            for letter, (c, d) in enumerate(zip(columns, self.columns, strict=True)):
+            edges: dict[tuple[int, int], int] = {}
+            for c, d, letter in columns:
                 target, seen = row[c], marks[c]
                 if target == old:
                     target, seen = new, seen if entered_new is None else entered_new
-                elif not first <= automaton.scc[target] <= last:
+                elif not scc[new] <= scc[target] <= scc[old]:
                     continue
                 node = (target, row_of_other[d])
                 if node not in number:
                     number[node] = len(nodes)
                     nodes.append(node)
-                along.setdefault((number[node], seen | marks_of_other[d] << shift), letter)
-            letter_along.append(along)
-        walk = accepting_walk(
-            [sorted(along) for along in letter_along], exactly_one(automaton.n_pairs, self.reference.n_pairs), 0
-        )
-        if walk is None:
-            return None
-        prefix, cycle = [
-            [int(self.letters[letter_along[source][target, marks]]) for source, target, marks in edges]
-            for edges in walk
-        ]
-        prefix = _way(automaton, new) + prefix
-        return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
+                edges.setdefault((number[node], seen | marks_of_other[d] << shift), letter)
+            along.append(edges)
+            if len(along) == enough or len(along) == len(nodes):
+                enough *= 4
+                rows = [sorted(edges) for edges in along] + [[]] * (len(nodes) - len(along))
+                walk = accepting_walk(rows, differ, 0)
+                if walk is not None:
+                    prefix, cycle = [[along[source][target, m] for source, target, m in part] for part in walk]
+                    prefix = _way(automaton, new) + prefix
+                    return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
+        return None
+
+    def _columns(self, automaton: RabinAutomaton, first: int, last: int) -> list[tuple[int, int, int]]:
+        """Of the letters that do the same in these strong components, in both automata, one; with its classes."""
+        if (first, last) not in self._known:
+            inside = {q for q in range(automaton.n_states) if first <= automaton.scc[q] <= last}
+            others = set(range(self.reference.n_states))
+            if self.reference.has_languages:
+                language = self.reference.languages.tolist()
+                residuals = {language[self.twin[q]] for q in inside}
+                others = {r for r in others if language[r] in residuals}
+            kinds = _kinds_of_columns(automaton, inside), _kinds_of_columns(self.reference, others)
+            columns: dict[tuple[int, int], tuple[int, int, int]] = {}
+            classes = automaton.letter_class[self.letters], self.reference.letter_class[self.letters], self.letters
+            for c, d, letter in zip(*(entries.tolist() for entries in classes), strict=True):
+                columns.setdefault((kinds[0][c], kinds[1][d]), (c, d, letter))
+            self._known[first, last] = list(columns.values())
+        return self._known[first, last]
+
+
+def _kinds_of_columns(automaton: RabinAutomaton, inside: set[int]) -> list[int]:
+    """Per letter class a number, the same for those that do the same as long as the run stays in these states."""
+    kinds: dict[tuple[tuple[int, int], ...], int] = {}
+    tables = [list(zip(automaton.rows[q], automaton.edge_marks[q], strict=True)) for q in sorted(inside)]
+    columns = (tuple(edge if edge[0] in inside else (-1, 0) for edge in column) for column in zip(*tables, strict=True))
+    return [kinds.setdefault(column, len(kinds)) for column in columns]
 
 
 def twins(automaton: RabinAutomaton, other: RabinAutomaton) -> list[int]:

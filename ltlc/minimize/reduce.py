@@ -13,27 +13,31 @@ from ltlc.automata.marks import SIMPLE_MARKS, simplify_marks
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.errors import TimeLimitExceeded
-from ltlc.minimize.lower_bound import is_smallest
+from ltlc.minimize.lower_bound import proven_least
 from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 
 NORMALIZED = "normalized"
 """the name of the form in `RabinAutomaton.forms`."""
 
 
-def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
+def reduce(
+    automaton: RabinAutomaton, *, effort: int = EFFORT, reference: RabinAutomaton | None = None, least: int = 1
+) -> RabinAutomaton:
     """`normalized`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
+        reference: see `merge_by_trial`.
+        least: no equivalent automaton with this kind of acceptance has fewer states, as far as the caller knows.
     """
     result = normalized(automaton)
     try:
-        if effort <= 0 or is_smallest(result):
+        if effort <= 0 or result.n_states <= max(least, proven_least(result) if reference is None else 1):
             return result
     except TimeLimitExceeded:
         return result
-    smaller = merge_by_trial(result, effort)
+    smaller = merge_by_trial(result, effort, reference=reference, least=least)
     return result if smaller.n_states == result.n_states else normalized(smaller)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.canonical import canonical
 from ltlc.automata.partition import IntArray
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
 from ltlc.automata.rabin_type import CycleGraph
 from ltlc.budget import check_time
 
@@ -44,6 +44,8 @@ class Part:
     column: tuple[int, ...]
     """per letter class of the automaton: its column."""
     n_pairs: int
+    acceptance: AcceptanceKind
+    """of the automaton."""
 
     @property
     def n_columns(self) -> int:
@@ -156,4 +158,5 @@ def _part(automaton: RabinAutomaton, language: IntArray, members: Sequence[int])
     marks = tuple(zip(*([seen for _, seen in key] for key in columns), strict=True))
     example = [residual_of.index(i) for i in range(len(members))]
     step = tuple(tuple(residual_of[t] if t >= 0 else -1 for t in delta[q]) for q in example)
-    return Part(tuple(members), step, tuple(states), residual_of, delta, marks, tuple(column), automaton.n_pairs)
+    n_pairs, kind = automaton.n_pairs, automaton.acceptance
+    return Part(tuple(members), step, tuple(states), residual_of, delta, marks, tuple(column), n_pairs, kind)

@@ -30,7 +30,6 @@ def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Mini
     Raises:
         MissingProgramError: python-sat is not installed, and the lower bound does not settle the matter without it.
     """
-    on_states = automaton.acceptance == "state"
     try:
         found = residuals(automaton)
         structures = [source_structure(found.automaton, part) for part in found.parts]
@@ -38,23 +37,23 @@ def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Mini
         deadline = math.inf if timeout is None else time.monotonic() + timeout
         for i, part in enumerate(found.parts):
             share = max(0.0, deadline - time.monotonic()) / (len(found.parts) - i)
-            structures[i], least = _smallest(part, structures[i], on_states, share)
+            structures[i], least = _smallest(part, structures[i], share)
             bound += least - len(part.residuals)
         return Minimized(rebuild(found, structures), bound)
     except TimeLimitExceeded:  # of the caller
         return Minimized(automaton, 1)
 
 
-def _smallest(part: Part, current: Structure, on_states: bool, seconds: float) -> tuple[Structure, int]:
+def _smallest(part: Part, current: Structure, seconds: float) -> tuple[Structure, int]:
     """A smallest structure for a part, or the given one; and a lower bound on the number of its states."""
-    least = part_lower_bound(part, on_states)
-    single = quotient(part, on_states)
+    least = part_lower_bound(part, part.acceptance)
+    single = quotient(part)
     if single is not None:
         return single, least
     words: Sequence[Word] = ()
     with suppress(TimeLimitExceeded), time_limit("a smallest component", seconds):
         while least < len(current.step):
-            search = Search(part, least, on_states, words)
+            search = Search(part, least, words)
             structure = search.run()
             if structure is not None:
                 return structure, len(structure.step)

@@ -65,15 +65,14 @@ class Search:
     Args:
         part: what it must cover.
         n_states: at least the number of residuals of the part.
-        on_states: whether acceptance is on states.
         words: words to start with, for instance those of an earlier search; `words` of the search has the new ones too.
 
     Raises:
         MissingProgramError: python-sat is not installed.
     """
 
-    def __init__(self, part: Part, n_states: int, on_states: bool, words: Iterable[Word] = ()) -> None:
-        self.part, self.on_states = part, on_states
+    def __init__(self, part: Part, n_states: int, words: Iterable[Word] = ()) -> None:
+        self.part, self.on_states = part, part.acceptance == "state"
         self.n_extra = n_states - len(part.residuals)
         self.n_copies = self.n_extra + 1
         self.words: dict[Word, None] = {}

@@ -13,19 +13,27 @@ import numpy as np
 from ltlc.automata.acceptance import Acceptance, exactly_one
 from ltlc.automata.canonical import canonical
 from ltlc.automata.emptiness import Edge, accepting_parts
+from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
-from ltlc.minimize.lower_bound import is_smallest
-from ltlc.minimize.merge_by_trial import EFFORT
+from ltlc.minimize.lower_bound import proven_least
+from ltlc.minimize.merge_by_trial import EFFORT, twins
 from ltlc.minimize.reduce import normalized, reduce
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
 
 
-def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: Budget = NO_LIMIT) -> RabinAutomaton:
+def to_state_based(
+    automaton: RabinAutomaton,
+    *,
+    effort: int = EFFORT,
+    budget: Budget = NO_LIMIT,
+    reference: RabinAutomaton | None = None,
+    least: int | None = None,
+) -> RabinAutomaton:
     """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
     A state is split by the marks of the transitions that enter it from its own strong component; other transitions
@@ -38,6 +46,8 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: B
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`.
         budget: on the states before they are reduced.
+        reference: see `merge_by_trial`; its `languages` are taken over.
+        least: a lower bound on the states of the result, if one is known.
 
     Raises:
         StateLimitExceeded: there are more.
@@ -48,6 +58,7 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: B
     simple = automaton
     with suppress(TimeLimitExceeded):
         simple = simplify_marks(canonical(automaton))
+    reference = simple if reference is None else reference
     with overtime(Overtime.SPLIT):
         parts = list(components(simple))
     marks: dict[Edge, int] = {}
@@ -55,11 +66,22 @@ def to_state_based(automaton: RabinAutomaton, *, effort: int = EFFORT, budget: B
         marks.update(_even_marks(component))
     with overtime(Overtime.SPLIT):
         split = _split(simple, marks, budget)
-    best = normalized(split)
+    best = normalized(_with_languages(split, reference))
     with suppress(LimitExceeded):
-        if not is_smallest(best):
-            best = min(best, normalized(_split(simple, marks, budget, once=True)), key=lambda a: a.n_states)
-    return reduce(best, effort=effort)
+        least = proven_least(reference, "state") if least is None else least
+        if best.n_states > least:
+            other = _with_languages(_split(simple, marks, budget, once=True), reference)
+            best = min(best, normalized(other), key=lambda a: a.n_states)
+        return reduce(best, effort=effort, reference=reference, least=least)
+    return best
+
+
+def _with_languages(automaton: RabinAutomaton, reference: RabinAutomaton) -> RabinAutomaton:
+    """The automaton with its `languages` if those of an equivalent one can be found within the time."""
+    with suppress(TimeLimitExceeded):
+        if reference.has_languages or can_decide_languages(reference):
+            return automaton.annotated(languages=reference.languages[twins(automaton, reference)])
+    return automaton
 
 
 def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], budget: Budget, once: bool = False) -> RabinAutomaton:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 from typing import Literal, NamedTuple
@@ -12,7 +12,7 @@ import numpy as np
 from ltlc.automata.canonical import canonical
 from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.rabin import Acceptance, RabinAutomaton
+from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
 from ltlc.automata.rabin_pairs import to_rabin
 from ltlc.budget import (
     MAX_STATES,
@@ -35,6 +35,7 @@ from ltlc.errors import (
 )
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.minimize.collapse import collapse
+from ltlc.minimize.lower_bound import proven_least
 from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 from ltlc.minimize.reduce import normalized
 from ltlc.minimize.sat_minimize import minimize
@@ -65,7 +66,7 @@ class Problem(NamedTuple):
     """simplified, in negation normal form."""
     letters: Letters
     effort: Effort
-    acceptance: Acceptance
+    acceptance: AcceptanceKind
 
     def closure(self, budget: Budget) -> Closure:
         """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
@@ -91,7 +92,7 @@ def translate(
     formula: Formula,
     *,
     translator: str = "auto",
-    acceptance: Acceptance = "state",
+    acceptance: AcceptanceKind = "state",
     effort: Effort = "default",
     max_states: int = MAX_STATES,
     timeout: float | None = None,
@@ -168,7 +169,11 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    split = partial(to_state_based, effort=0 if problem.effort == "fast" else EFFORT, budget=budget)
+    effort = 0 if problem.effort == "fast" else EFFORT
+    least = 1
+    with suppress(TimeLimitExceeded):
+        least = proven_least(automaton, "state")
+    split = partial(to_state_based, effort=effort, budget=budget, reference=automaton, least=least)
     chain = None
     if automaton.n_pairs > 1:
         # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
@@ -289,7 +294,7 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     return Candidate(automaton, construction.name, weak=False, least=least)
 
 
-def _improved(found: Candidate, wanted: Acceptance, *, prove: bool) -> Candidate:
+def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candidate:
     """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
 
     Args:

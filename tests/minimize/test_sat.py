@@ -9,7 +9,7 @@ import pytest
 from random_automata import random_automata
 
 from ltlc.automata import RabinAutomaton, equivalent
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import MissingProgramError
 from ltlc.ltl import parse
 from ltlc.minimize import collapse, lower_bound, minimize
@@ -23,7 +23,7 @@ PHI = {
 }
 
 
-def compiled(text: str, acceptance: Acceptance = "transition", translator: str = "auto") -> RabinAutomaton:
+def compiled(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> RabinAutomaton:
     return translate(parse(text), acceptance=acceptance, translator=translator)
 
 
@@ -98,7 +98,7 @@ def test_minimize_keeps_language_and_acceptance_and_never_grows(sat: None) -> No
         ("G F (a & X a) | F G b", "transition"),
     ],
 )
-def test_one_size_from_all_constructions(sat: None, text: str, acceptance: Acceptance) -> None:
+def test_one_size_from_all_constructions(sat: None, text: str, acceptance: AcceptanceKind) -> None:
     results = [minimize(compiled(text, acceptance, name)) for name in ("product", "safra", "dual-safra")]
     assert all(result.is_proven for result in results)
     assert len({result.automaton.n_states for result in results}) == 1
@@ -113,7 +113,7 @@ def test_one_size_from_all_constructions(sat: None, text: str, acceptance: Accep
         ("G F a & G F b", "state", 3),
     ],
 )
-def test_known_minima(sat: None, text: str, acceptance: Acceptance, states: int) -> None:
+def test_known_minima(sat: None, text: str, acceptance: AcceptanceKind, states: int) -> None:
     result = minimize(compiled(text, acceptance))
     assert (result.automaton.n_states, result.lower_bound) == (states, states)
 
@@ -145,7 +145,7 @@ def test_missing_package_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
-def test_an_automaton_without_pairs_is_minimized(acceptance: Acceptance) -> None:
+def test_an_automaton_without_pairs_is_minimized(acceptance: AcceptanceKind) -> None:
     marks = np.zeros((0, 2) if acceptance == "state" else (0, 2, 2), dtype=bool)
     automaton = RabinAutomaton(
         ("a",), np.array([[0, 1], [1, 0]]), np.array([0, 1]), marks, marks, acceptance=acceptance

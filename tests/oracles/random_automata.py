@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from ltlc.automata import RabinAutomaton
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 
 Lasso = tuple[tuple[int, ...], tuple[int, ...]]
 
@@ -18,7 +18,7 @@ def random_automaton(
     n_states: int,
     n_aps: int,
     n_pairs: int,
-    acceptance: Acceptance,
+    acceptance: AcceptanceKind,
     density: float = 0.3,
 ) -> RabinAutomaton:
     """Uniform successors; every letter a class of its own, in shuffled numbering; each mark with this probability."""
@@ -39,7 +39,7 @@ def random_automata(count: int, max_states: int = 6, max_aps: int = 2, max_pairs
     """`count` automata of both kinds, of all small sizes."""
     for seed in range(count):
         rng = np.random.default_rng(seed)
-        acceptance: Acceptance = "state" if seed % 2 else "transition"
+        acceptance: AcceptanceKind = "state" if seed % 2 else "transition"
         sizes = (int(rng.integers(1, limit + 1)) for limit in (max_states, max_aps, max_pairs))
         yield random_automaton(rng, *sizes, acceptance, density=float(rng.choice([0.1, 0.3, 0.5])))
 

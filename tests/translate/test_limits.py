@@ -13,7 +13,7 @@ import pytest
 
 import ltlc
 from ltlc.automata import RabinAutomaton, equivalent, parity_colours, to_parity
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import Overtime, check_time, has_time, overtime, time_left, time_limit
 from ltlc.errors import InvalidArgumentError, LimitExceeded, StateLimitExceeded, TimeLimitExceeded
 from ltlc.formats import from_hoa, from_json, to_dot, to_hoa, to_json, to_mermaid
@@ -33,7 +33,7 @@ MIXED = (
 )
 
 
-def build(text: str, translator: str, acceptance: Acceptance, **limits: float | None) -> RabinAutomaton | None:
+def build(text: str, translator: str, acceptance: AcceptanceKind, **limits: float | None) -> RabinAutomaton | None:
     """The automaton, or None where the construction does not apply."""
     try:
         return translate(parse(text), translator=translator, acceptance=acceptance, **limits)  # type: ignore[arg-type]
@@ -43,7 +43,7 @@ def build(text: str, translator: str, acceptance: Acceptance, **limits: float | 
 
 @pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
-def test_the_limit_on_states_holds_at_every_place(translator: str, acceptance: Acceptance) -> None:
+def test_the_limit_on_states_holds_at_every_place(translator: str, acceptance: AcceptanceKind) -> None:
     n_raised = n_built = 0
     for text in MIXED:
         for max_states in (1, 2, 3, 4, 6, 9, 14, 25, 60):
@@ -64,7 +64,7 @@ def test_the_limit_on_time_ends_the_same_way_at_every_place(monkeypatch: pytest.
     clock = count()
     monkeypatch.setattr("ltlc.budget.time.monotonic", lambda: TICK * next(clock))
     for number, text in enumerate(MIXED):
-        acceptance: Acceptance = "state" if number % 2 else "transition"
+        acceptance: AcceptanceKind = "state" if number % 2 else "transition"
         begin = next(clock)
         whole = build(text, translator, acceptance, timeout=1e6)
         if whole is None:
@@ -113,7 +113,7 @@ def test_the_best_effort_keeps_its_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     ],
 )
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
-def test_hard_formulas_end_in_time(text: str, acceptance: Acceptance) -> None:
+def test_hard_formulas_end_in_time(text: str, acceptance: AcceptanceKind) -> None:
     started = time.process_time()
     with suppress(LimitExceeded):
         assert ltlc.compile(text, acceptance=acceptance, timeout=0.5).n_states > 0

@@ -12,7 +12,7 @@ from random_ltl import random_formula, random_nesting, random_next_chain, random
 
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.compare import counterexample, equivalent
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded
 from ltlc.formats import from_hoa, from_json, to_hoa, to_json
 from ltlc.ltl import Formula, LassoWord, satisfies
@@ -23,7 +23,7 @@ FORMULAS = 26
 WORDS = 200
 """per formula: 4 kinds of 26 formulas with 200 words make 20 800 pairs."""
 MAX_STATES = 100
-ACCEPTANCES: tuple[Acceptance, ...] = ("state", "transition")
+ACCEPTANCES: tuple[AcceptanceKind, ...] = ("state", "transition")
 
 
 def any_formula(rng: random.Random, names: Sequence[str]) -> Formula:

@@ -13,7 +13,7 @@ import pytest
 
 import ltlc
 from ltlc.automata import RabinAutomaton, equivalent
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import time_limit
 from ltlc.errors import (
     AlphabetLimitExceeded,
@@ -55,7 +55,7 @@ EXCLUSIVE = " & ".join(f"G !({p} & {q})" for p, q in combinations(PLACES, 2))
 HARD = " & ".join(f"(G(a{i} | F b{i}) | F(c & X(b{i} U G a{i})))" for i in range(3))
 
 
-def build(text: str, acceptance: Acceptance = "transition", translator: str = "auto") -> RabinAutomaton:
+def build(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> RabinAutomaton:
     return translate(parse(text), acceptance=acceptance, translator=translator)
 
 
@@ -69,7 +69,7 @@ def test_sizes_of_the_thesis_formulas(text: str, sizes: tuple[int, int]) -> None
 def digest(text: str) -> str:
     """Of every array that any construction makes of the formula."""
     summary = hashlib.sha256()
-    forms: list[tuple[str, Acceptance]] = [("auto", "state"), *((t, "transition") for t in ("auto", *TRANSLATORS))]
+    forms: list[tuple[str, AcceptanceKind]] = [("auto", "state"), *((t, "transition") for t in ("auto", *TRANSLATORS))]
     for translator, acceptance in forms:
         try:
             a = translate(parse(text), translator=translator, acceptance=acceptance, max_states=100)
@@ -176,7 +176,7 @@ def test_a_limit_on_one_construction_does_not_stop_the_others() -> None:
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
 @pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])
-def test_constants_have_one_state(translator: str, acceptance: Acceptance) -> None:
+def test_constants_have_one_state(translator: str, acceptance: AcceptanceKind) -> None:
     for text, accepted, aps in [
         ("true", True, ()),
         ("false", False, ()),
@@ -195,7 +195,7 @@ def test_constants_have_one_state(translator: str, acceptance: Acceptance) -> No
 
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
-def test_many_propositions(acceptance: Acceptance) -> None:
+def test_many_propositions(acceptance: AcceptanceKind) -> None:
     every = build("G(" + " & ".join(f"a{i}" for i in range(1, 21)) + ")", acceptance)
     assert (every.n_states, every.n_classes, len(every.aps)) == (2, 2, 20)
     assert every.accepts([], [every.aps])
@@ -206,7 +206,7 @@ def test_many_propositions(acceptance: Acceptance) -> None:
 
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
-def test_families_at_the_size_that_is_promised(acceptance: Acceptance) -> None:
+def test_families_at_the_size_that_is_promised(acceptance: AcceptanceKind) -> None:
     reach = build(" & ".join(f"F a{i}" for i in range(1, 9)), acceptance)
     assert reach.n_states == 2**8
     assert reach.accepts([{f"a{i}"} for i in range(1, 9)], [()])
@@ -292,7 +292,9 @@ def test_components_answer_the_same_when_they_are_asked_again() -> None:
 
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
-def test_what_is_found_is_kept_when_the_time_is_over(monkeypatch: pytest.MonkeyPatch, acceptance: Acceptance) -> None:
+def test_what_is_found_is_kept_when_the_time_is_over(
+    monkeypatch: pytest.MonkeyPatch, acceptance: AcceptanceKind
+) -> None:
     """On a clock that ticks whenever it is asked, so that the time is over at every place in turn."""
     tick = 0.01
     clock = count()

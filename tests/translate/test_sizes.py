@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from formula_families import families
 
-from ltlc.automata.rabin import Acceptance
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded
 from ltlc.ltl import parse
 from ltlc.translate import TRANSLATORS, translate
@@ -35,7 +35,7 @@ def measured(text: str) -> Row:
     return row
 
 
-def size(text: str, translator: str, acceptance: Acceptance) -> int | None:
+def size(text: str, translator: str, acceptance: AcceptanceKind) -> int | None:
     limit = 100_000 if translator == "auto" else MAX_STATES
     try:
         automaton = translate(parse(text), translator=translator, acceptance=acceptance, max_states=limit)
