@@ -115,6 +115,8 @@ class _Judge:
         wrong soon, so cycles are looked for before all of the product is known.
         """
         scc = automaton.scc
+        if scc[new] > scc[old]:  # nothing leads back
+            return None
         columns = self._columns(automaton, scc[new], scc[old])
         differ = exactly_one(automaton.n_pairs, self.reference.n_pairs)
         entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None

@@ -70,7 +70,7 @@ def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:
         marks = (fin.tobytes() + inf.tobytes() for fin, inf in zip(automaton.fin.T, automaton.inf.T, strict=True))
     block = refine(automaton.delta, number_blocks(marks))
     first = np.unique(block, return_index=True)[1]
-    return automaton if len(first) == automaton.n_states else canonical(automaton, first[block])
+    return automaton if len(first) == automaton.n_states else canonical(automaton, first[block].astype(np.int32))
 
 
 def merge_equivalent(automaton: RabinAutomaton) -> RabinAutomaton:

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ltlc.automata.canonical import canonical
-from ltlc.automata.emerson_lei import reduced
+from ltlc.automata.emerson_lei import EmersonLei, reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
 from ltlc.automata.rabin_pairs import to_rabin
@@ -81,6 +81,8 @@ class Candidate(NamedTuple):
     weak: bool
     least: int
     """no automaton for the language has fewer states."""
+    emerson_lei: EmersonLei
+    """what its pairs were formed from."""
 
     @property
     def smallest(self) -> bool:
@@ -169,36 +171,35 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    effort = 0 if problem.effort == "fast" else EFFORT
-    least = 1
+    least = best.least
     with suppress(TimeLimitExceeded):
-        least = proven_least(automaton, "state")
+        least = max(least, proven_least(automaton, "state"))
+    effort = 0 if problem.effort == "fast" else EFFORT
     split = partial(to_state_based, effort=effort, budget=budget, reference=automaton, least=least)
-    chain = None
+    ways = [automaton]
     if automaton.n_pairs > 1:
         # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
+        with suppress(LimitExceeded):
+            letters = problem.letters
+            ways.append(to_rabin(best.emerson_lei, letters.aps, letters.letter_class, budget, way="cycles"))
+            ways.sort(key=_n_copies)
+    found: RabinAutomaton | None = None
+    for number, way in enumerate(ways, 1):
+        if found is not None and way is automaton and _n_copies(way) > _PATIENCE * found.n_states:
+            break
         try:
-            closure = problem.closure(budget)
-            emerson_lei = reduced(CONSTRUCTIONS[best.translator].build(closure, budget))
-            chain = split(
-                to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget, way="cycles")
-            )
-            if not has_time() or _n_copies(automaton) > _PATIENCE * chain.n_states:
-                return _canonical(chain)
+            result = split(way)
         except LimitExceeded:
-            pass
-    try:
-        plain = split(automaton)
-    except LimitExceeded:
-        if chain is None:
-            raise
-        return _canonical(chain)
-    return _canonical(plain if chain is None or plain.n_states <= chain.n_states else chain)
-
-
-def _canonical(automaton: RabinAutomaton) -> RabinAutomaton:
+            if found is None and number == len(ways):
+                raise
+            continue
+        if found is None or (result.n_states, way is not automaton) < (found.n_states, way is automaton):
+            found = result
+        if found.n_states <= least or not has_time():
+            break
+    assert found is not None
     with overtime(Overtime.SPLIT):
-        return canonical(automaton)
+        return canonical(found)
 
 
 def _n_copies(automaton: RabinAutomaton) -> int:
@@ -284,14 +285,14 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     emerson_lei = reduced(construction.build(closure, budget))
     automaton = to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget)
     if emerson_lei.is_weak:  # minimized exactly
-        return Candidate(automaton, construction.name, weak=True, least=automaton.n_states)
+        return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei)
     with _spare_time(problem):
         automaton = normalized(automaton)
     try:
         least = automaton.n_languages if can_decide_languages(automaton) else 1
     except TimeLimitExceeded:
         least = 1
-    return Candidate(automaton, construction.name, weak=False, least=least)
+    return Candidate(automaton, construction.name, False, least, emerson_lei)
 
 
 def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candidate:

@@ -13,6 +13,7 @@ from ltlc.automata import (
     BuchiAutomaton,
     BuchiEdge,
     RabinAutomaton,
+    canonical,
     counterexample,
     equivalent,
     equivalent_states,
@@ -201,3 +202,14 @@ def test_buchi_automata_accept_lassos() -> None:
     assert not BuchiAutomaton(1, (0,), ((),), 0).accepts((), (0,))
     with pytest.raises(InvalidAutomatonError):
         BuchiAutomaton(1, (0,), ((BuchiEdge(1, 1, 0),),), 0)
+
+
+def test_merging_is_judged_by_any_equivalent_automaton() -> None:
+    """Another automaton of the language gives the same merges as the automaton itself, and they keep the language."""
+    for automaton in random_automata(60, max_states=5):
+        other = reduce(to_transition_based(automaton))
+        alone = merge_by_trial(automaton)
+        judged = merge_by_trial(automaton, reference=other)
+        assert equivalent(judged, automaton)
+        assert np.array_equal(judged.delta, alone.delta)
+        assert merge_by_trial(automaton, least=automaton.n_states).n_states == canonical(automaton).n_states
