@@ -67,3 +67,9 @@ def canonical(automaton: RabinAutomaton, entered: IntArray | None = None) -> Rab
         initial_state=0,
         state_names=None if names is None else tuple(names[state] for state in order),
     ).annotated(CANONICAL, languages=None if languages is None else languages[order])
+
+
+def tells_columns_apart(automaton: RabinAutomaton) -> bool:
+    """Whether no two letter classes do the same; a canonical automaton with other marks stays so exactly then."""
+    tables = [automaton.delta] if automaton.acceptance == "state" else [automaton.delta, *automaton.fin, *automaton.inf]
+    return len({column.tobytes() for column in np.concatenate(tables).T}) == automaton.n_classes

@@ -16,6 +16,7 @@ import numpy as np
 
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, rabin_pair
+from ltlc.automata.canonical import CANONICAL, tells_columns_apart
 from ltlc.automata.emptiness import Edge, accepting_parts
 from ltlc.automata.rabin import BoolArray, RabinAutomaton
 from ltlc.automata.transition_based import to_transition_based
@@ -58,7 +59,9 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
     if np.array_equal(fin, automaton.fin) and np.array_equal(inf, automaton.inf):
         return automaton.annotated(SIMPLE_MARKS)
     languages = automaton.languages if automaton.has_languages else None
-    return replace(automaton, fin=fin, inf=inf).annotated(SIMPLE_MARKS, languages=languages)
+    result = replace(automaton, fin=fin, inf=inf).annotated(SIMPLE_MARKS, languages=languages)
+    stays = CANONICAL in automaton.forms and tells_columns_apart(result)
+    return result.annotated(CANONICAL) if stays else result
 
 
 def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:

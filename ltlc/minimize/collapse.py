@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.canonical import canonical
+from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.marks import simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
@@ -120,6 +120,8 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> RabinAutomaton
             entry[residual] = len(states)
             states.append((-1, residual))
 
+    if len(states) >= automaton.n_states:
+        return automaton
     on_states = automaton.acceptance == "state"
     n_pairs = max([1, *(len(s.pairs) for s in structures)])
     shape = (n_pairs, len(states)) if on_states else (n_pairs, len(states), automaton.n_classes)
@@ -148,5 +150,5 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> RabinAutomaton
         initial_state=entry[int(found.language[automaton.initial_state])],
         state_names=None,
     )
-    smaller = canonical(simplify_marks(canonical(result)))
-    return smaller if smaller.n_states < automaton.n_states else automaton
+    smaller = simplify_marks(canonical(result))
+    return smaller if CANONICAL in smaller.forms else canonical(smaller)

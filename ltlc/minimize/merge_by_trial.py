@@ -11,7 +11,7 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.acceptance import exactly_one
 from ltlc.automata.alphabet import letter_classes
-from ltlc.automata.canonical import canonical
+from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import accepting_walk
 from ltlc.automata.languages import can_decide_languages, equivalent_states
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within
@@ -55,7 +55,7 @@ def merge_by_trial(
 
 def _merging(automaton: RabinAutomaton, effort: int, reference: RabinAutomaton | None) -> Iterator[RabinAutomaton]:
     """The automaton in canonical form, and after each merging."""
-    current = canonical(automaton)
+    current = automaton if CANONICAL in automaton.forms else canonical(automaton)
     yield current
     if effort <= 0:
         return

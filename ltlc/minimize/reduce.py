@@ -20,25 +20,28 @@ NORMALIZED = "normalized"
 """the name of the form in `RabinAutomaton.forms`."""
 
 
-def reduce(
-    automaton: RabinAutomaton, *, effort: int = EFFORT, reference: RabinAutomaton | None = None, least: int = 1
-) -> RabinAutomaton:
+def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
     """`normalized`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`; 0 leaves that step out.
-        reference: see `merge_by_trial`.
-        least: no equivalent automaton with this kind of acceptance has fewer states, as far as the caller knows.
     """
     result = normalized(automaton)
-    try:
-        if effort <= 0 or result.n_states <= max(least, proven_least(result) if reference is None else 1):
-            return result
-    except TimeLimitExceeded:
-        return result
-    smaller = merge_by_trial(result, effort, reference=reference, least=least)
-    return result if smaller.n_states == result.n_states else normalized(smaller)
+    with suppress(TimeLimitExceeded):
+        if effort > 0:
+            result = merged_further(result, effort, least=proven_least(result))
+    return result
+
+
+def merged_further(
+    automaton: RabinAutomaton, effort: int = EFFORT, *, reference: RabinAutomaton | None = None, least: int = 1
+) -> RabinAutomaton:
+    """A normalized automaton with states merged by trial, normalized again; arguments as for `merge_by_trial`."""
+    if effort <= 0 or automaton.n_states <= least:
+        return automaton
+    smaller = merge_by_trial(automaton, effort, reference=reference, least=least)
+    return automaton if smaller.n_states == automaton.n_states else normalized(smaller)
 
 
 def normalized(automaton: RabinAutomaton) -> RabinAutomaton:
@@ -50,9 +53,9 @@ def normalized(automaton: RabinAutomaton) -> RabinAutomaton:
         return automaton
     result = automaton
     with suppress(TimeLimitExceeded):
-        result = canonical(result)
-        result = merge_bisimilar(result)
-        result = merge_bisimilar(merge_equivalent(result))
+        if CANONICAL not in result.forms:
+            result = canonical(result)
+        result = merge_bisimilar(merge_equivalent(merge_bisimilar(result)))
         while SIMPLE_MARKS not in result.forms:
             result = merge_bisimilar(simplify_marks(result))
         if CANONICAL not in result.forms:

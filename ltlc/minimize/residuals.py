@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.canonical import canonical
+from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.partition import IntArray
 from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
 from ltlc.automata.rabin_type import CycleGraph
@@ -123,7 +123,8 @@ class Residuals:
 
 def residuals(automaton: RabinAutomaton) -> Residuals:
     """The residual automaton of the language of a Rabin automaton."""
-    automaton = canonical(automaton)
+    if CANONICAL not in automaton.forms:
+        automaton = canonical(automaton)
     language = automaton.languages
     first = np.unique(language, return_index=True)[1]
     rows = language[automaton.delta[first]]

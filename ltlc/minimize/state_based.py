@@ -11,7 +11,7 @@ from itertools import permutations
 import numpy as np
 
 from ltlc.automata.acceptance import Acceptance, exactly_one
-from ltlc.automata.canonical import canonical
+from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
 from ltlc.automata.emptiness import Edge, accepting_parts
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import Component, components, simplify_marks
@@ -20,7 +20,7 @@ from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
 from ltlc.minimize.lower_bound import proven_least
 from ltlc.minimize.merge_by_trial import EFFORT, twins
-from ltlc.minimize.reduce import normalized, reduce
+from ltlc.minimize.reduce import NORMALIZED, merged_further, normalized, reduce
 
 MAX_EDGES_CHECKED = 20_000
 """bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
@@ -56,8 +56,9 @@ def to_state_based(
     if automaton.acceptance == "state":
         return reduce(automaton, effort=effort)
     simple = automaton
-    with suppress(TimeLimitExceeded):
-        simple = simplify_marks(canonical(automaton))
+    if NORMALIZED not in automaton.forms:
+        with suppress(TimeLimitExceeded):
+            simple = simplify_marks(canonical(automaton))
     reference = simple if reference is None else reference
     with overtime(Overtime.SPLIT):
         parts = list(components(simple))
@@ -66,13 +67,14 @@ def to_state_based(
         marks.update(_even_marks(component))
     with overtime(Overtime.SPLIT):
         split = _split(simple, marks, budget)
-    best = normalized(_with_languages(split, reference))
+    best = _with_languages(split, reference)
     with suppress(LimitExceeded):
+        best = normalized(best)
         least = proven_least(reference, "state") if least is None else least
         if best.n_states > least:
-            other = _with_languages(_split(simple, marks, budget, once=True), reference)
-            best = min(best, normalized(other), key=lambda a: a.n_states)
-        return reduce(best, effort=effort, reference=reference, least=least)
+            other = normalized(_with_languages(_split(simple, marks, budget, once=True), reference))
+            best = min(best, other, key=lambda a: a.n_states)
+        best = merged_further(best, effort, reference=reference, least=least)
     return best
 
 
@@ -121,7 +123,7 @@ def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], budget: Budget,
 
     fin = [[bool(entry >> 2 * i & 1) for _, entry in order] for i in range(automaton.n_pairs)]
     inf = [[bool(entry >> 2 * i + 1 & 1) for _, entry in order] for i in range(automaton.n_pairs)]
-    return replace(
+    result = replace(
         automaton,
         delta=np.array(delta, dtype=np.int32),
         fin=np.array(fin, dtype=np.bool_).reshape(-1, len(order)),
@@ -130,6 +132,8 @@ def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], budget: Budget,
         acceptance="state",
         state_names=None,
     )
+    in_order = CANONICAL in automaton.forms and tells_columns_apart(result)
+    return result.annotated(CANONICAL) if in_order else result
 
 
 def _even_marks(component: Component) -> dict[Edge, int]:

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ltlc.automata.canonical import canonical
+from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei, reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
@@ -36,8 +36,8 @@ from ltlc.errors import (
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.minimize.collapse import collapse
 from ltlc.minimize.lower_bound import proven_least
-from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
-from ltlc.minimize.reduce import normalized
+from ltlc.minimize.merge_by_trial import EFFORT
+from ltlc.minimize.reduce import merged_further, normalized
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
@@ -198,6 +198,8 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         if found.n_states <= least or not has_time():
             break
     assert found is not None
+    if CANONICAL in found.forms:
+        return found
     with overtime(Overtime.SPLIT):
         return canonical(found)
 
@@ -310,9 +312,7 @@ def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candi
         if wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton):
             automaton = collapsed.automaton
     if automaton.n_states > least:
-        merged = merge_by_trial(automaton)
-        if merged.n_states < automaton.n_states:
-            automaton = normalized(merged)
+        automaton = merged_further(automaton, least=least)
     return found._replace(automaton=automaton, least=least)
 
 
