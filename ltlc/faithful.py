@@ -42,7 +42,7 @@ class Candidate:
     on_termination: OnTermination = "repeat"
 
     @classmethod
-    def of(
+    def from_name(
         cls,
         scheme: str,
         on_deadlock: OnDeadlock | None = None,
@@ -129,7 +129,7 @@ def default_candidates(
 ) -> tuple[Candidate, ...]:
     """Every scheme there is, with the parameters of its paper and others that it wants compared."""
     return tuple(
-        Candidate.of(name, on_deadlock, on_termination, **parameters)
+        Candidate.from_name(name, on_deadlock, on_termination, **parameters)
         for name, scheme in SCHEMES.items()
         for parameters in scheme.comparisons
     )

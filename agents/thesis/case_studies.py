@@ -129,7 +129,7 @@ def reproduce(
         Q. Gao, Deep Reinforcement Learning with Temporal Logic Specifications, Duke University, 2018, chapter 5.
     """
     total = steps or experiment.steps
-    place = EnvSpec(env=experiment.env, initial_label="skip")
+    env_spec = EnvSpec(env=experiment.env, initial_label="skip")
     learner = DQNConfig(
         hidden=(256,),  # a network, as in the thesis, though a table would do
         epsilon_steps=min(total // 3, EPSILON_STEPS),
@@ -138,9 +138,9 @@ def reproduce(
         log_every=max(total // ROWS, 1),
     )
     config = RunConfig(
-        setting=place,
+        env_spec=env_spec,
         reward="thesis",
-        num_envs=num_envs_for(total, place.episode_steps),
+        num_envs=num_envs_for(total, env_spec.episode_steps),
         agent=DOUBLE_DQN,
         hyperparameters=learner,
     )
@@ -197,7 +197,7 @@ class _Watch:
 def draw_learned(path: str | os.PathLike[str], outcome: Outcome, *, title: str) -> Path:
     """The learned policy on the map, a panel per automaton state (thesis, figures 5.2 and 5.3)."""
     run, verdict = outcome.run, outcome.verdict
-    board = run.config.setting.board
+    board = run.config.env_spec.board
     agent = run.load()
     assert board is not None
     return draw_policy(

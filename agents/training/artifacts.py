@@ -48,15 +48,15 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
             the name of a label in PRISM.
         OSError: a file cannot be written.
     """
-    place, formula = run.config.setting, run.task.formula
-    if place.model is None:
-        raise InvalidArgumentError(f"the dynamics of {place.env} are not known, so there is no Markov chain to write")
+    spec, formula = run.config.env_spec, run.task.formula
+    if spec.model is None:
+        raise InvalidArgumentError(f"the dynamics of {spec.env} are not known, so there is no Markov chain to write")
     if formula is None:
         raise InvalidArgumentError("the automaton of the run has no formula that another program could check")
-    sure, origin = with_sure_labels(place.model)
-    judge = Judge(sure, run.task, initial_label=place.initial_label)
-    chain = induced_process(judge.words, judge.on_words(tabular_policy(agent, place.model)[origin]))
-    return export_checkable(chain, parse(formula), folder, "policy", initial_label=place.initial_label)
+    sure, origin = with_sure_labels(spec.model)
+    judge = Judge(sure, run.task, initial_label=spec.initial_label)
+    chain = induced_process(judge.words, judge.on_words(tabular_policy(agent, spec.model)[origin]))
+    return export_checkable(chain, parse(formula), folder, "policy", initial_label=spec.initial_label)
 
 
 def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:
@@ -78,7 +78,7 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
         column, name, label = "episode_return", "training, with exploration", "return of an episode (sum of rewards)"
         if judge is not None and judge.optimal_policy is not None:  # episodes are cut, and so is what is best
             lifted = judge.rewards.lift(judge.optimal_policy)
-            best = expected_return_within(judge.rewards, lifted, run.config.setting.episode_steps)
+            best = expected_return_within(judge.rewards, lifted, run.config.env_spec.episode_steps)
     else:
         column, name, label = "discounted_return", "learned so far, exact", "expected return, discounted"
         best = None if judge is None else judge.value
@@ -88,7 +88,7 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
     planned = len(rows) > 1 and len({row["steps"] for row in rows}) == 1  # all in the learned model
     axis, x_label = ("seconds", "seconds of learning and planning") if planned else ("steps", "environment steps")
     x, returns = (np.array([row[key] for row in rows], dtype=np.float64) for key in (axis, column))
-    title = run.task.formula or run.config.setting.env
+    title = run.task.formula or run.config.env_spec.env
     return draw_curves(
         run.path / CURVE_PICTURE,
         [Curve(name, x, returns, best)],
@@ -100,7 +100,7 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
 
 
 def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | None:
-    board = run.config.setting.board
+    board = run.config.env_spec.board
     if board is None or judge is None:
         return None
     policy = tabular_policy(agent, judge.rewards.mdp)
@@ -113,7 +113,7 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
         run.automaton,
         run.task.tables,
         title=run.task.formula or "policy",
-        subtitle=f"learned by {run.config.agent} in {run.config.setting.env}{rewards}{likely}",
+        subtitle=f"learned by {run.config.agent} in {run.config.env_spec.env}{rewards}{likely}",
         reached=judge.reached,
         classes=judge.letter_classes,
     )

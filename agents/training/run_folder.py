@@ -70,7 +70,7 @@ EPISODES_EACH = 4
 class RunConfig:
     """Everything that a training run depends on, but for the automaton."""
 
-    setting: EnvSpec
+    env_spec: EnvSpec
     reward: str = RECOMMENDED
     """name of the reward scheme."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class RunConfig:
         return {
             "format": _FORMAT,
             "ltlc": __version__,
-            "setting": self.setting.to_dict(),
+            "env_spec": self.env_spec.to_dict(),
             "reward": self.reward,
             "parameters": dict(self.parameters),
             "on_deadlock": self.on_deadlock,
@@ -123,12 +123,12 @@ class RunConfig:
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
         fields = _of_kinds(values, {"reward": str, "parameters": dict, "on_deadlock": str | None,
-                                    "on_termination": str, "num_envs": int, "agent": str, "setting": dict,
+                                    "on_termination": str, "num_envs": int, "agent": str, "env_spec": dict,
                                     "hyperparameters": dict, "agent_reason": str | None})  # fmt: skip
         config = hyperparameters(fields["agent"], fields["hyperparameters"])
-        _of_kinds(fields["setting"], {"env": str, "arguments": dict, "labels": str | None,
+        _of_kinds(fields["env_spec"], {"env": str, "arguments": dict, "labels": str | None,
                                       "max_episode_steps": int | None, "initial_label": str})  # fmt: skip
-        return cls(**fields | {"setting": EnvSpec(**fields["setting"]), "hyperparameters": config})
+        return cls(**fields | {"env_spec": EnvSpec(**fields["env_spec"]), "hyperparameters": config})
 
 
 def _of_kinds(values: Mapping[str, Any], kinds: Mapping[str, Any]) -> dict[str, Any]:
@@ -290,10 +290,10 @@ class RunFolder:
     @cached_property
     def judge(self) -> Judge | None:
         """Of the task, or None where the dynamics of the environment are not known."""
-        place = self.config.setting
-        if place.model is None:
+        env_spec = self.config.env_spec
+        if env_spec.model is None:
             return None
-        return Judge(place.model, self.task, initial_label=place.initial_label)
+        return Judge(env_spec.model, self.task, initial_label=env_spec.initial_label)
 
     @cached_property
     def shortfall(self) -> Shortfall | None:
@@ -310,7 +310,7 @@ class RunFolder:
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""
-        return self.config.setting.vector(self.task, self.config.num_envs)
+        return self.config.env_spec.vector(self.task, self.config.num_envs)
 
     def check(self, given: Collection[str] = ()) -> Any:
         """Make everything once, so that wrong input is found before anything is written.
@@ -383,7 +383,7 @@ class RunFolder:
         names = ("letter_class", "next_state", "commit", "initial_state")
         if theirs.aps != ours.aps or not all(np.array_equal(getattr(theirs, n), getattr(ours, n)) for n in names):
             raise FileFormatError(f"{self.path / POLICY_FILE} is of another task than {self.path / AUTOMATON_FILE}")
-        env = self.config.setting.vector(self.task, 1)
+        env = self.config.env_spec.vector(self.task, 1)
         try:
             self._check_fits(env, agent)
         finally:
@@ -469,8 +469,8 @@ def default_folder(name: str, env: str, seed: int, agent: str = FITTED_Q) -> Pat
     Without the agent, if it is one that is chosen where nobody names one.
     """
     parts = (name, env.rpartition("/")[2], "" if agent in (FITTED_Q, DOUBLE_DQN) else agent)
-    task, place, who = (re.sub(r"[^a-z0-9]+", "-", part.lower()).strip("-") for part in parts)
-    return Path("runs") / "-".join(filter(None, (task[:40].strip("-"), place, who, str(seed))))
+    task, env_spec, who = (re.sub(r"[^a-z0-9]+", "-", part.lower()).strip("-") for part in parts)
+    return Path("runs") / "-".join(filter(None, (task[:40].strip("-"), env_spec, who, str(seed))))
 
 
 def on_device(config: AgentConfig, device: str) -> AgentConfig:

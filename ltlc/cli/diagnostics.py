@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def tell(
     automaton: RabinAutomaton,
-    place: EnvSpec,
+    env_spec: EnvSpec,
     *,
     episodes: bool = False,
     maximum: MaxSatisfaction | None = None,
@@ -22,7 +22,7 @@ def tell(
 
     Args:
         automaton: of the task.
-        place: the environment; where its dynamics are not known, only the formula is looked at.
+        env_spec: the environment; where its dynamics are not known, only the formula is looked at.
         episodes: whether episodes are cut where the environment says.
         maximum: the largest satisfaction probability, where it has been computed before.
     """
@@ -30,9 +30,9 @@ def tell(
 
     found = diagnose(
         automaton,
-        place.model,
-        episode_steps=place.episode_steps if episodes else None,
-        initial_label=place.initial_label,
+        env_spec.model,
+        episode_steps=env_spec.episode_steps if episodes else None,
+        initial_label=env_spec.initial_label,
         maximum=maximum,
     )
     sys.stdout.flush()

@@ -49,7 +49,7 @@ def evaluate(
     if json_:
         print(json.dumps(verdict.to_dict() | checks_of(exported), ensure_ascii=False, indent=2))
         return
-    print(f"{folder.task.formula or 'an automaton without a formula'} in {folder.config.setting.env}")
+    print(f"{folder.task.formula or 'an automaton without a formula'} in {folder.config.env_spec.env}")
     if verdict.judge is not None:
         print(maximum_text(verdict.judge))
     print_figures(verdict.lines(), headings(verdict))

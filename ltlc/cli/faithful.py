@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ltlc.cli import flags, setting
+from ltlc.cli import flags, spec
 from ltlc.cli.diagnostics import tell
 from ltlc.errors import InvalidArgumentError
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def faithful(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
     env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
-    labels: setting.Labels = None,
-    env_set: setting.EnvArguments = None,
-    initial_label: setting.InitialLabel = "read",
+    labels: spec.Labels = None,
+    env_set: spec.EnvArguments = None,
+    initial_label: spec.InitialLabel = "read",
     reward: Annotated[
         list[str] | None,
         typer.Option(
@@ -32,8 +32,8 @@ def faithful(
             show_default="all, with the parameters of their papers",
         ),
     ] = None,
-    on_deadlock: setting.OnDeadlock = None,
-    on_termination: setting.OnTermination = "repeat",
+    on_deadlock: spec.OnDeadlock = None,
+    on_termination: spec.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -59,12 +59,12 @@ def faithful(
 
     given = [_candidate(text, on_deadlock, on_termination) for text in reward or ()]
     candidates = given or default_candidates(on_deadlock, on_termination)
-    automaton = setting.automaton_of(formula, acceptance, translator)
-    place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
-    if place.model is None:
-        raise InvalidArgumentError(f"{place.why_no_model}, so what is optimal there cannot be computed")
-    tell(automaton, place)
-    report = faithfulness(place.model, automaton, candidates, initial_label=initial_label)
+    automaton = spec.automaton_of(formula, acceptance, translator)
+    env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
+    if env_spec.model is None:
+        raise InvalidArgumentError(f"{env_spec.why_no_model}, so what is optimal there cannot be computed")
+    tell(automaton, env_spec)
+    report = faithfulness(env_spec.model, automaton, candidates, initial_label=initial_label)
     if output is not None:
         _draw(Path(output), report, env)
     if json_:
@@ -79,7 +79,7 @@ def _candidate(text: str, on_deadlock: Any, on_termination: Any) -> Candidate:
     from ltlc.faithful import Candidate
 
     name, *parameters = text.split(",")
-    return Candidate.of(name, on_deadlock, on_termination, **setting.parameters_of(parameters, name, "--reward"))
+    return Candidate.from_name(name, on_deadlock, on_termination, **spec.parameters_of(parameters, name, "--reward"))
 
 
 def _print(report: FaithfulnessReport, env: str) -> None:

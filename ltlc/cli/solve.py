@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ltlc.cli import flags, setting
+from ltlc.cli import flags, spec
 from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures, warn_of_shortfall
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 def solve(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
     env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
-    labels: setting.Labels = None,
-    env_set: setting.EnvArguments = None,
-    initial_label: setting.InitialLabel = "read",
-    reward: setting.Reward = None,
-    set_: setting.Parameters = None,
+    labels: spec.Labels = None,
+    env_set: spec.EnvArguments = None,
+    initial_label: spec.InitialLabel = "read",
+    reward: spec.Reward = None,
+    set_: spec.Parameters = None,
     gamma: Annotated[
         float | None, typer.Option("--gamma", metavar="X", help="Short for --set gamma=X.", show_default="the scheme's")
     ] = None,
-    on_deadlock: setting.OnDeadlock = None,
-    on_termination: setting.OnTermination = "repeat",
+    on_deadlock: spec.OnDeadlock = None,
+    on_termination: spec.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -70,22 +70,22 @@ def solve(
     from ltlc.task import Task
 
     reward = reward or RECOMMENDED
-    parameters = setting.parameters_of(set_, reward) | ({} if gamma is None else {"gamma": gamma})
+    parameters = spec.parameters_of(set_, reward) | ({} if gamma is None else {"gamma": gamma})
     scheme = get_scheme(reward, **parameters)
-    automaton = setting.automaton_of(formula, acceptance, translator)
+    automaton = spec.automaton_of(formula, acceptance, translator)
     task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
-    place = setting.setting_of(env, labels, env_set, initial_label=initial_label)
-    if place.model is None:
+    env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
+    if env_spec.model is None:
         raise InvalidArgumentError(
-            f"{place.why_no_model}; train an agent with ltlc train, and judge it by episodes with ltlc evaluate"
+            f"{env_spec.why_no_model}; train an agent with ltlc train, and judge it by episodes with ltlc evaluate"
         )
-    tell(task.automaton, place)
-    judge = Judge(place.model, task, initial_label=initial_label)
+    tell(task.automaton, env_spec)
+    judge = Judge(env_spec.model, task, initial_label=initial_label)
     found = shortfall(judge, task)
     warn_of_shortfall(found, task)
     if output is not None:
-        _draw(Path(output), place, task, judge, reward)
-    exported = None if prism is None else _export(prism, place, task)
+        _draw(Path(output), env_spec, task, judge, reward)
+    exported = None if prism is None else _export(prism, env_spec, task)
     if json_:
         print(json.dumps(_values(judge, found) | checks_of(exported), ensure_ascii=False, indent=2))
         return
@@ -101,13 +101,13 @@ def solve(
         print(f"The policy is in {output}.")
 
 
-def _export(folder: str, place: EnvSpec, task: Task) -> Exported:
+def _export(folder: str, env_spec: EnvSpec, task: Task) -> Exported:
     from ltlc.ltl import parse
     from ltlc.prism import export_checkable
 
-    if task.formula is None or place.model is None:
+    if task.formula is None or env_spec.model is None:
         raise InvalidArgumentError("--prism: the automaton has no formula that another program could check")
-    return export_checkable(place.model, parse(task.formula), folder, "model", initial_label=place.initial_label)
+    return export_checkable(env_spec.model, parse(task.formula), folder, "model", initial_label=env_spec.initial_label)
 
 
 def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
@@ -124,14 +124,14 @@ def _values(judge: Judge, found: Shortfall | None) -> dict[str, Any]:
     }
 
 
-def _draw(path: Path, place: EnvSpec, task: Task, judge: Judge, reward: str) -> None:
+def _draw(path: Path, env_spec: EnvSpec, task: Task, judge: Judge, reward: str) -> None:
     from ltlc.pictures.policy import draw_policy
 
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise InvalidArgumentError(f"{path}: the suffix must be .png, .svg or .pdf")
-    board = place.board
+    board = env_spec.board
     if board is None or judge.optimal_policy is None:
-        raise InvalidArgumentError(f"{place.env} has no map to draw a policy on; leave -o out")
+        raise InvalidArgumentError(f"{env_spec.env} has no map to draw a policy on; leave -o out")
     draw_policy(
         path,
         board,
@@ -139,7 +139,7 @@ def _draw(path: Path, place: EnvSpec, task: Task, judge: Judge, reward: str) -> 
         task.automaton,
         task.tables,
         title=task.formula or "policy",
-        subtitle=f"optimal in {place.env} for the rewards '{reward}'",
+        subtitle=f"optimal in {env_spec.env} for the rewards '{reward}'",
         reached=judge.reached,
         classes=judge.letter_classes,
     )

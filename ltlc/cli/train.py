@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from ltlc.cli import flags, setting
+from ltlc.cli import flags, spec
 from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
@@ -35,14 +35,14 @@ def train(
     env: Annotated[
         str | None, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")
     ] = None,
-    labels: setting.Labels = None,
-    env_set: setting.EnvArguments = None,
-    episode_steps: setting.EpisodeSteps = None,
-    initial_label: setting.InitialLabel = "read",
-    reward: setting.Reward = None,
-    set_: setting.Parameters = None,
-    on_deadlock: setting.OnDeadlock = None,
-    on_termination: setting.OnTermination = "repeat",
+    labels: spec.Labels = None,
+    env_set: spec.EnvArguments = None,
+    episode_steps: spec.EpisodeSteps = None,
+    initial_label: spec.InitialLabel = "read",
+    reward: spec.Reward = None,
+    set_: spec.Parameters = None,
+    on_deadlock: spec.OnDeadlock = None,
+    on_termination: spec.OnTermination = "repeat",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     agent: Annotated[
@@ -122,13 +122,13 @@ def train(
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
         run = folders.RunFolder.open(out, lock=True)
     else:
-        automaton = setting.automaton_of(formula, acceptance, translator)
-        place = setting.setting_of(env, labels, env_set, episode_steps, initial_label)
+        automaton = spec.automaton_of(formula, acceptance, translator)
+        env_spec = spec.env_spec_of(env, labels, env_set, episode_steps, initial_label)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
         frame = folders.RunConfig(
-            setting=place,
+            env_spec=env_spec,
             reward=reward,
-            parameters=setting.parameters_of(set_, reward),
+            parameters=spec.parameters_of(set_, reward),
             on_deadlock=on_deadlock,
             on_termination=on_termination,
         )
@@ -144,8 +144,8 @@ def train(
                 f"--steps is {steps}, and total_steps is {given['total_steps']}; give one of them"
             )
         if num_envs is None:
-            num_envs = 1 if config == "thesis" else folders.num_envs_for(steps, place.episode_steps)
-        episodes = num_envs * place.episode_steps
+            num_envs = 1 if config == "thesis" else folders.num_envs_for(steps, env_spec.episode_steps)
+        episodes = num_envs * env_spec.episode_steps
         wanted = replace(
             frame,
             num_envs=num_envs,
@@ -220,7 +220,7 @@ def _chosen(
     if device not in (None, "cpu"):
         return registry.DOUBLE_DQN, f"the device {device} was given"
     names = [text.partition("=")[0].strip() for text in hyper or ()]
-    with closing(frame.setting.vector(frame.task(automaton), 1)) as env:
+    with closing(frame.env_spec.vector(frame.task(automaton), 1)) as env:
         chosen = choose_agent(env, names)
     return chosen.agent, chosen.reason
 
@@ -247,9 +247,9 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: Repla
     from ltlc.agents.training.artifacts import draw_run, judge_run
 
     total = run.config.hyperparameters.total_steps
-    tell(run.automaton, run.config.setting, episodes=True)
+    tell(run.automaton, run.config.env_spec, episodes=True)
     if not quiet:
-        print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.setting.env}: {run.path}")
+        print(f"{run.task.formula or 'an automaton without a formula'} in {run.config.env_spec.env}: {run.path}")
         if run.judge is not None:
             print(maximum_text(run.judge))
         if run.config.agent_reason is not None:
@@ -265,7 +265,7 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, replay: Repla
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:
-        again = setting.command_line("ltlc", "train", "--resume", "--out", str(run.path))
+        again = spec.command_line("ltlc", "train", "--resume", "--out", str(run.path))
         kept = f"the checkpoint of step {result.saved_steps} is in {run.path}. Go on with: {again}"
         anew = f"{run.config.agent} keeps no checkpoint. Begin anew with: {again}"
         what = kept if run.entry.keeps_checkpoints else anew

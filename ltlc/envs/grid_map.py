@@ -97,7 +97,7 @@ class GridMap:
     @cached_property
     def sampler(self) -> StepSampler:
         """The joint distribution of next cell and letter, ready to be drawn from."""
-        return StepSampler.of(
+        return StepSampler.from_rows(
             [
                 [
                     (target, letter, p * q)
@@ -111,7 +111,7 @@ class GridMap:
     @cached_property
     def start_sampler(self) -> StepSampler:
         """The distribution of the first letter."""
-        return StepSampler.of([[(self.start, letter, p) for letter, p in self.cell_labels[self.start]]])
+        return StepSampler.from_rows([[(self.start, letter, p) for letter, p in self.cell_labels[self.start]]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ class StepSampler:
     letter: IntArray
 
     @classmethod
-    def of(cls, rows: Sequence[Sequence[tuple[int, int, float]]]) -> StepSampler:
+    def from_rows(cls, rows: Sequence[Sequence[tuple[int, int, float]]]) -> StepSampler:
         """Build the tables; each row lists (cell, letter, probability), which sum to 1."""
         width = max(len(row) for row in rows)
         threshold = np.ones(len(rows) * width)

@@ -170,11 +170,11 @@ def _first_policy(mdp: ExplicitMDP, gain: FloatArray) -> IntArray:
     return np.where(door | (way < 0), first, way)
 
 
-_ROUGH = 1e-6
-_NEAR = 1e-11
-_SWEEPS = 40
-_MOST_SWEEPS = 5_000
+_ROUGH = 1e-6  # change in a Bellman step at which the search for a first policy ends: the exact one is short from there
+_NEAR = 1e-11  # what choices may still gain when sweeps end: less than bounds are apart where runs take 1e5 steps
+_SWEEPS = 40  # between two looks at the choices: a look costs as much as some sweeps
+_MOST_SWEEPS = 5_000  # more than these take as long as a sparse LU
 _MOST_ROUNDS = 200
-_MARGIN = 2.0**-44
-_QUANTA = (2.0**-46, 2.0**-40, 2.0**-34)
+_MARGIN = 2.0**-44  # by which a choice must be better to be taken: the rounding errors of a step are below 2**-50
+_QUANTA = (2.0**-46, 2.0**-40, 2.0**-34)  # by which a bound is moved until it is proved, the finest that does
 _MOST_RAISES = 400

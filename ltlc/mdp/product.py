@@ -110,16 +110,16 @@ class Product(LabelledProduct):
         commit: IntArray | None = None,
         initial_label: InitialLabel = "read",
     ) -> None:
-        settled, origin = mdp.with_final_letters
+        stabilized, origin = mdp.with_final_letters
         table = TransitionTable(
             next_state=automaton.delta.astype(np.int64),
             goes_on=np.ones(automaton.delta.shape, dtype=np.bool_),
             initial_state=automaton.initial_state,
-            input_probability=input_probability(settled, automaton.aps, automaton.letter_class),
-            ends=np.zeros(settled.n_states, dtype=np.bool_),
+            input_probability=input_probability(stabilized, automaton.aps, automaton.letter_class),
+            ends=np.zeros(stabilized.n_states, dtype=np.bool_),
             commit=commit,
         )
-        exploration = ProductExploration(settled, table, initial_label)
+        exploration = ProductExploration(stabilized, table, initial_label)
         super().__init__(mdp, origin, exploration, exploration.transitions, None)
         self.automaton = automaton
         self._exploration = exploration

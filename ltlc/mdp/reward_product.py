@@ -107,12 +107,12 @@ class RewardProduct(LabelledProduct):
         initial_label: InitialLabel = "read",
         miss: Miss = "empty",
     ) -> None:
-        settled, origin = mdp.with_final_letters
-        inputs = input_probability(settled, tuple(tables.aps), np.asarray(tables.letter_class))
+        stabilized, origin = mdp.with_final_letters
+        inputs = input_probability(stabilized, tuple(tables.aps), np.asarray(tables.letter_class))
         columns = {name: np.asarray(getattr(tables, name)) for name in _COLUMNS}
         columns["closing"] = np.asarray(getattr(tables, "closing", np.zeros_like(columns["reward"])))
         if miss == "hold":
-            inputs = _with_held_input(mdp, settled, origin, inputs, int(tables.letter_class[0]))
+            inputs = _with_held_input(mdp, stabilized, origin, inputs, int(tables.letter_class[0]))
             columns = _with_held_column(columns, tables.initial_state)
         elif miss != "empty":
             raise InvalidArgumentError(f'miss is {miss!r}, expected "empty" or "hold"')
@@ -122,10 +122,10 @@ class RewardProduct(LabelledProduct):
             goes_on=stop < 1,
             initial_state=int(tables.initial_state),
             input_probability=inputs,
-            ends=np.zeros(settled.n_states, dtype=np.bool_) if settled.terminal is None else settled.terminal,
+            ends=np.zeros(stabilized.n_states, dtype=np.bool_) if stabilized.terminal is None else stabilized.terminal,
             commit=getattr(tables, "commit", None),
         )
-        self._exploration = ProductExploration(settled, table, initial_label)
+        self._exploration = ProductExploration(stabilized, table, initial_label)
         self._columns = columns
         matrix, exit_probability = self._exploration.transitions(1 - stop), self._exploration.ending(stop)
         super().__init__(mdp, origin, self._exploration, matrix, exit_probability)
@@ -205,10 +205,10 @@ class EpisodeChain(MarkovChain):
 _COLUMNS = ("next_state", "reward", "discount", "stop", "stop_reward", "violated", "accepted")
 
 
-def _with_held_input(mdp: LabelledMDP, settled: LabelledMDP, origin: IntArray, inputs: Any, empty_class: int) -> Any:
+def _with_held_input(mdp: LabelledMDP, stabilized: LabelledMDP, origin: IntArray, inputs: Any, empty_class: int) -> Any:
     """Moves the empty letter of states that may show another letter to a new input, the last column."""
     shown = np.asarray((mdp.label_probability @ (mdp.letters != 0).astype(np.float64)) > 0)[origin]
-    missed = np.asarray(settled.label_probability @ (mdp.letters == 0).astype(np.float64)) * shown
+    missed = np.asarray(stabilized.label_probability @ (mdp.letters == 0).astype(np.float64)) * shown
     states = np.flatnonzero(missed)
     shape = (inputs.shape[0], inputs.shape[1] + 1)
     rows = np.repeat(np.arange(shape[0]), np.diff(inputs.indptr))

@@ -37,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def a_config(seed: int = 0) -> RunConfig:
     hyperparameters = FittedQConfig(total_steps=200, seed=seed)
-    return RunConfig(setting=EnvSpec(env="ltlc/Thesis5x5-v0"), num_envs=2, hyperparameters=hyperparameters)
+    return RunConfig(env_spec=EnvSpec(env="ltlc/Thesis5x5-v0"), num_envs=2, hyperparameters=hyperparameters)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

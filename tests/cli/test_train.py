@@ -533,10 +533,10 @@ class TestReproduce:
 
 
 def test_what_the_states_of_the_thesis_wait_for() -> None:
-    setting = EnvSpec(env="ltlc/Thesis10x10-v0", initial_label="skip")
+    env_spec = EnvSpec(env="ltlc/Thesis10x10-v0", initial_label="skip")
     task = Task(recorded_automaton("phi_1"), reward="thesis")
-    assert setting.model is not None
-    judge = Judge(setting.model, task, initial_label="skip")
+    assert env_spec.model is not None
+    judge = Judge(env_spec.model, task, initial_label="skip")
     waits = waits_for(task.automaton, judge.letter_classes)
     assert waits[:5] == ["violated", *(f"waits for {name} & !C" for name in "ABTT")]
     assert waits_for(recorded_automaton("phi_3"), np.arange(2))[3] == "cannot accept here"
@@ -544,23 +544,23 @@ def test_what_the_states_of_the_thesis_wait_for() -> None:
 
 @pytest.mark.parametrize("name", ["frontier", "two-discount", "zeta-reach"])
 def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> None:
-    setting = EnvSpec(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
-    assert setting.model is not None
+    env_spec = EnvSpec(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
+    assert env_spec.model is not None
     task = Task("GF A & G !C", get_scheme(name))
-    judge = Judge(setting.model, task)
+    judge = Judge(env_spec.model, task)
     assert judge.maximum.probability == pytest.approx(0.0)
     task = Task("GF A & GF B", get_scheme(name))
-    judge = Judge(setting.model, task)
+    judge = Judge(env_spec.model, task)
     assert judge.maximum.probability == 1
     assert judge.optimum is not None and judge.optimum.satisfaction == 1
 
 
 def test_labels_of_the_user_on_a_grid_world() -> None:
     Path("corners.py").write_text("corner = {'corner': lambda cell: bool(cell == 0)}\n")
-    setting = EnvSpec(env="ltlc/Thesis5x5-v0", labels="corners.py:corner")
-    assert setting.model is not None and setting.model.aps == ("corner",)
-    assert setting.model.letters[setting.model.label_probability.indices].tolist() == [1] + [0] * 24
-    _, infos = setting.vector(Task("F corner"), 2).reset(seed=0)
+    env_spec = EnvSpec(env="ltlc/Thesis5x5-v0", labels="corners.py:corner")
+    assert env_spec.model is not None and env_spec.model.aps == ("corner",)
+    assert env_spec.model.letters[env_spec.model.label_probability.indices].tolist() == [1] + [0] * 24
+    _, infos = env_spec.vector(Task("F corner"), 2).reset(seed=0)
     assert infos["ltl"]["label"].tolist() == [0, 0]
 
 
@@ -584,7 +584,7 @@ class TestTermination:
 
     def test_what_follows_must_be_one_of_two(self, capsys: pytest.CaptureFixture[str]) -> None:
         with pytest.raises(UnknownNameError, match="unknown termination mode 'sometimes'"):
-            RunConfig(setting=EnvSpec(env="ltlc/Grid-v0"), on_termination="sometimes").task(compile("F goal"))
+            RunConfig(env_spec=EnvSpec(env="ltlc/Grid-v0"), on_termination="sometimes").task(compile("F goal"))
         assert run(["train", *GRID, "--on-termination", "sometimes"]) == 2
         assert "repeat" in capsys.readouterr().err
 

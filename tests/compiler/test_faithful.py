@@ -85,22 +85,24 @@ def test_schemes_attain_the_maximum_where_they_are_known_to(table: ModuleType, t
 
 
 def test_a_scheme_that_does_not_apply_says_why(table: ModuleType) -> None:
-    (row,) = faithfulness(table.TASKS["gate"].model, table.TASKS["gate"].formula, [Candidate.of("sadigh", pair=7)]).rows
+    (row,) = faithfulness(
+        table.TASKS["gate"].model, table.TASKS["gate"].formula, [Candidate.from_name("sadigh", pair=7)]
+    ).rows
     assert row.satisfaction is row.gap is row.faithful is None
     assert "pair 7" in row.problem
 
 
 def test_a_return_without_a_maximum_is_reported(table: ModuleType) -> None:
-    candidate = Candidate.of("accept", gamma=1.0)
+    candidate = Candidate.from_name("accept", gamma=1.0)
     (row,) = faithfulness(table.TASKS["risk-reward"].model, "G F g & G !b", [candidate]).rows
     assert row.objective is None
     assert row.problem == "its return has no finite maximum"
 
 
 def test_candidates_are_called_after_their_parameters() -> None:
-    assert Candidate.of("parity", "stay", epsilon=0.1).name == "parity epsilon=0.1 deadlock=stay"
+    assert Candidate.from_name("parity", "stay", epsilon=0.1).name == "parity epsilon=0.1 deadlock=stay"
     with pytest.raises(UnknownNameError):
-        Candidate.of("paritty")
+        Candidate.from_name("paritty")
 
 
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])

@@ -101,7 +101,7 @@ def test_the_sampler_is_exact() -> None:
     for _ in range(50):
         p = rng.dirichlet(np.ones(rng.integers(1, 9)))
         rows.append([(i, 7, float(q)) for i, q in enumerate(p)])
-    sampler = StepSampler.of(rows)
+    sampler = StepSampler.from_rows(rows)
     for i, row in enumerate(rows):
         mass = np.zeros(len(row))
         for slot in range(i * sampler.width, (i + 1) * sampler.width):

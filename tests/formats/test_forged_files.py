@@ -147,7 +147,7 @@ def test_a_forged_checkpoint_leaves_the_run_as_it_was(tmp_path: Path) -> None:
 def test_a_policy_that_does_not_fit_its_run(
     tmp_path: Path, n_cells: int, n_actions: int, formula: str, message: str
 ) -> None:
-    config = RunConfig(setting=EnvSpec(env="ltlc/Thesis5x5-v0"))
+    config = RunConfig(env_spec=EnvSpec(env="ltlc/Thesis5x5-v0"))
     with RunFolder.create(tmp_path / "run", config, compile("F(A & F B)")) as run:
         agent = FittedQ(spaces.Discrete(n_cells), n_actions, Task(formula).tables, FittedQConfig())
         agent.save(run.path / "policy.ltlc", run=run.id)

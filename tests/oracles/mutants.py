@@ -165,7 +165,7 @@ def _mutated_json(rng: random.Random, text: str, tree: Any) -> str:
 
 def _config(folder: Path) -> tuple[Maker, Reader]:
     """The configuration of a run."""
-    RunFolder.create(folder, RunConfig(setting=EnvSpec(env="FrozenLake-v1")), compile("F a")).close()
+    RunFolder.create(folder, RunConfig(env_spec=EnvSpec(env="FrozenLake-v1")), compile("F a")).close()
     path = folder / "config.json"
     text = path.read_text()
 

@@ -35,13 +35,13 @@ from ltlc.rewards import SCHEMES, Shaped, get_scheme
 from ltlc.task import Task
 
 NEAR_THE_LIMIT = (
-    Candidate.of("zeta-reach", zeta=1 - 1e-5),
-    Candidate.of("zeta-discount", zeta=1 - 1e-5),
-    Candidate.of("two-discount", gamma_accept=1 - 1e-5, gamma=1 - 1e-10),
-    Candidate.of("eventual", gamma=1 - 1e-5),
-    Candidate.of("frontier", eta=1 - 1e-5),
-    Candidate.of("parity", epsilon=1e-3),
-    Candidate.of("parity", epsilon=1e-3, mode="terminate"),
+    Candidate.from_name("zeta-reach", zeta=1 - 1e-5),
+    Candidate.from_name("zeta-discount", zeta=1 - 1e-5),
+    Candidate.from_name("two-discount", gamma_accept=1 - 1e-5, gamma=1 - 1e-10),
+    Candidate.from_name("eventual", gamma=1 - 1e-5),
+    Candidate.from_name("frontier", eta=1 - 1e-5),
+    Candidate.from_name("parity", epsilon=1e-3),
+    Candidate.from_name("parity", epsilon=1e-3, mode="terminate"),
 )
 SHAPED = tuple(
     Candidate(f"shaped {c.name}", Shaped(c.scheme, 1.0))

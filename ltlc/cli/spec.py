@@ -80,7 +80,7 @@ def automaton_of(source: str, acceptance: Literal["state", "transition"], transl
     return compile(given, acceptance=acceptance, translator=translator) if isinstance(given, str) else given
 
 
-def setting_of(
+def env_spec_of(
     env: str,
     labels: str | None,
     arguments: Sequence[str] | None,
