@@ -15,9 +15,10 @@ from torch import Tensor
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
-from ..encoder import ObservationEncoder, n_features
+from ..encoder import ObservationEncoder
 from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
+from ..trunk import Trunk
 from ..value_agent import ValueAgent
 from .config import DQNConfig
 from .networks import QNetwork, layer_widths, move_towards
@@ -73,6 +74,9 @@ class DoubleDQN(ValueAgent):
         self.q_network = self._network()
         self.target_network = self._network()
         self.policy_network: QNetwork = self._network()
+        self.trunk: Trunk = self.q_network.trunk  # type: ignore[assignment]
+        for network in (self.target_network, self.policy_network):
+            network.trunk.share_statistics(self.trunk)  # type: ignore[operator]
         parameters = list(self.q_network.parameters())
         self.optimizer: torch.optim.Optimizer
         if config.optimizer == "adam":
@@ -83,7 +87,8 @@ class DoubleDQN(ValueAgent):
 
     def _network(self) -> QNetwork:
         generator = torch.Generator().manual_seed(self.config.seed)
-        network = QNetwork(self.encoder.n_features, self.tables.n_states, self.n_actions, self.config, generator)
+        trunk = Trunk(self.encoder, generator)
+        network = QNetwork(trunk.n_outputs, self.tables.n_states, self.n_actions, self.config, generator, trunk)
         return network.to(self.device)
 
     @property
@@ -125,6 +130,7 @@ class DoubleDQN(ValueAgent):
 
         Draws the same amount from the generator whatever happens.
         """
+        self.trunk.observe(self.encoder, packed)
         n = len(packed)
         random = torch.randint(self.n_actions, (n,), generator=generator)
         chance = torch.rand(n, generator=generator, dtype=torch.float64)
@@ -218,8 +224,8 @@ class DoubleDQN(ValueAgent):
     ) -> None:
         """Check that an agent has no more weights than the file, before there is one; see `ValueAgent`."""
         held, mode = numbers_in(network), config.observation_input
-        network.check(n_features(space, mode) <= held, "has fewer weights than the observations have features")
-        widths = layer_widths(config, ObservationEncoder(space, mode).n_features, n_states, n_actions)
+        trunk = Trunk(ObservationEncoder(space, mode), torch.Generator())
+        widths = layer_widths(config, trunk.n_outputs, n_states, n_actions)
         needed = sum(n_in * n_out for n_in, n_out in itertools.pairwise(widths))
         network.check(needed <= held, f"has {held} weights; the hyperparameters and spaces ask for {needed}")
 

@@ -30,6 +30,7 @@ class QNetwork(nn.Module):
         n_actions: actions.
         config: `hidden`, `state_input`, `batch_norm`, `initialization` are used.
         generator: source of the initial weights; the global generator is not touched.
+        trunk: makes the inputs of the first layer, `n_features` then, of the features; None: they are the features.
 
     References:
         R. Toro Icarte et al., Reward machines: exploiting reward function structure in reinforcement learning, JAIR
@@ -38,9 +39,16 @@ class QNetwork(nn.Module):
     """
 
     def __init__(
-        self, n_features: int, n_states: int, n_actions: int, config: DQNConfig, generator: torch.Generator
+        self,
+        n_features: int,
+        n_states: int,
+        n_actions: int,
+        config: DQNConfig,
+        generator: torch.Generator,
+        trunk: nn.Module | None = None,
     ) -> None:
         super().__init__()
+        self.trunk = nn.Identity() if trunk is None else trunk
         self.n_states, self.n_actions, self.state_input = n_states, n_actions, config.state_input
         *widths, n_outputs = layer_widths(config, n_features, n_states, n_actions)
         weights = sum(n_in * n_out for n_in, n_out in itertools.pairwise([*widths, n_outputs]))
@@ -67,6 +75,7 @@ class QNetwork(nn.Module):
         Returns:
             Shape (batch, n_actions), or (batch, n_states, n_actions) if all states were asked for.
         """
+        features = self.trunk(features)
         if self.state_input == "heads":
             values: Tensor = self.layers(features).view(-1, self.n_states, self.n_actions)
             return values if states is None else values[torch.arange(len(states), device=states.device), states]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +16,8 @@ from ltlc.errors import MemoryLimitExceeded
 from ..training.contents import Content
 
 IntArray = npt.NDArray[np.int64]
+_WORD = 8
+"""bytes of a number of 64 bits."""
 
 
 class Numbering:
@@ -34,7 +38,8 @@ class Numbering:
 
     def __init__(self, width: int, dtype: npt.DTypeLike, capacity: int) -> None:
         self.width, self.dtype, self.capacity = width, np.dtype(dtype), capacity
-        self._number: dict[bytes, int] = {}
+        self._whole = width * self.dtype.itemsize == _WORD
+        self._number: dict[int | bytes, int] = {}
 
     def __len__(self) -> int:
         return len(self._number)
@@ -60,8 +65,9 @@ class Numbering:
 
     def rows(self, count: int | None = None) -> Tensor:
         """Return the first observations (None: all), packed, in order, shape (count, width)."""
-        keys = [key for key, _ in zip(self._number, range(len(self) if count is None else count), strict=False)]
-        rows = np.frombuffer(b"".join(keys), dtype=self.dtype).reshape(len(keys), self.width)
+        keys: Any = list(itertools.islice(self._number, count))
+        blob = np.array(keys, dtype=np.int64).tobytes() if self._whole else b"".join(keys)
+        rows = np.frombuffer(blob, dtype=self.dtype).reshape(len(keys), self.width)
         return torch.from_numpy(rows.copy())
 
     def load(self, rows: Tensor) -> None:
@@ -81,6 +87,8 @@ class Numbering:
         content.check(len(set(self._keys(rows.numpy()))) == len(rows), "has an observation twice")
         return len(rows)
 
-    def _keys(self, packed: npt.NDArray[np.generic]) -> Iterator[bytes]:
+    def _keys(self, packed: npt.NDArray[np.generic]) -> Iterable[int | bytes]:
+        if self._whole:  # the same bytes as one number, which is faster
+            return np.ascontiguousarray(packed).view(np.int64).ravel().tolist()
         blob, size = np.ascontiguousarray(packed).tobytes(), self.width * self.dtype.itemsize
         return (blob[at : at + size] for at in range(0, len(blob), size))

@@ -64,7 +64,14 @@ class Interface:
             )
         actions = env.single_action_space
         if not isinstance(actions, spaces.Discrete) or actions.start != 0:
-            raise InvalidArgumentError(f"the agent needs discrete actions from 0; this environment has {actions}")
+            advice = (
+                "; make them discrete before the task is wrapped around it: "
+                "env = ltlc.envs.DiscretisedVectorActions(env, 5)"
+            )
+            raise InvalidArgumentError(
+                f"the agent needs discrete actions from 0; this environment has {actions}"
+                f"{advice if isinstance(actions, spaces.Box) else ''}"
+            )
         wrapper: Any = env
         while isinstance(wrapper, VectorWrapper) and not isinstance(wrapper, LTLVectorWrapper):
             wrapper = wrapper.env

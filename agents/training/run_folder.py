@@ -126,8 +126,9 @@ class RunConfig:
                                     "on_termination": str, "num_envs": int, "agent": str, "env_spec": dict,
                                     "hyperparameters": dict, "agent_reason": str | None})  # fmt: skip
         config = hyperparameters(fields["agent"], fields["hyperparameters"])
-        _of_kinds(fields["env_spec"], {"env": str, "arguments": dict, "labels": str | None,
-                                      "max_episode_steps": int | None, "initial_label": str})  # fmt: skip
+        kinds: dict[str, Any] = {"env": str, "arguments": dict, "labels": str | None, "max_episode_steps": int | None,
+                                 "initial_label": str, "discretise": int | None}  # fmt: skip
+        _of_kinds({"discretise": None} | fields["env_spec"], kinds)
         return cls(**fields | {"env_spec": EnvSpec(**fields["env_spec"]), "hyperparameters": config})
 
 

@@ -36,6 +36,16 @@ EpisodeSteps = Annotated[
     int | None,
     typer.Option("--episode-steps", min=1, metavar="N", help="Cut episodes after N steps.", show_default="the env's"),
 ]
+Discretise = Annotated[
+    int | None,
+    typer.Option(
+        "--discretise",
+        min=2,
+        metavar="N",
+        help="Of continuous actions: take N values of each coordinate.",
+        show_default="no",
+    ),
+]
 InitialLabel = Annotated[
     Literal["read", "skip"],
     typer.Option("--initial-label", help="Whether the automaton reads the label of the first observation."),
@@ -86,6 +96,7 @@ def env_spec_of(
     arguments: Sequence[str] | None,
     episode_steps: int | None = None,
     initial_label: Literal["read", "skip"] = "read",
+    discretise: int | None = None,
 ) -> EnvSpec:
     """The environment that the options describe."""
     from ltlc.envs.spec import EnvSpec
@@ -102,6 +113,7 @@ def env_spec_of(
         labels=labels,
         max_episode_steps=episode_steps,
         initial_label=initial_label,
+        discretise=discretise,
     )
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ltlc.agents.training.report import Report
     from ltlc.agents.training.run_folder import RunConfig, RunFolder
     from ltlc.automata import RabinAutomaton
+    from ltlc.envs.spec import EnvSpec
 
 COMPARED_UP_TO = 20_000
 """product states; in larger ones the optimum of the rewards takes long, and is compared with what is possible last."""
@@ -39,6 +40,7 @@ def train(
     env_set: spec.EnvArguments = None,
     episode_steps: spec.EpisodeSteps = None,
     initial_label: spec.InitialLabel = "read",
+    discretise: spec.Discretise = None,
     reward: spec.Reward = None,
     set_: spec.Parameters = None,
     on_deadlock: spec.OnDeadlock = None,
@@ -123,7 +125,8 @@ def train(
         run = folders.RunFolder.open(out, lock=True)
     else:
         automaton = spec.automaton_of(formula, acceptance, translator)
-        env_spec = spec.env_spec_of(env, labels, env_set, episode_steps, initial_label)
+        env_spec = spec.env_spec_of(env, labels, env_set, episode_steps, initial_label, discretise)
+        _check_actions(env_spec)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
         frame = folders.RunConfig(
             env_spec=env_spec,
@@ -204,6 +207,15 @@ def _hyperparameters(
         implied |= {"log_every": max(steps // 100, 1), "checkpoint_every": max(steps // 20, episodes, 1)}
     config = registry.hyperparameters(agent, implied | given)
     return config if device is None else on_device(config, device)
+
+
+def _check_actions(env_spec: EnvSpec) -> None:
+    """Check that actions are discrete, or made so."""
+    if env_spec.discretise is None and env_spec.continuous:
+        raise InvalidArgumentError(
+            f"the actions of {env_spec.env} are continuous; the agents choose from a list. Make one of 5 "
+            "values of each coordinate by --discretise 5, or wrap the environment in ltlc.envs.DiscretisedActions"
+        )
 
 
 def _chosen(

@@ -5,6 +5,7 @@ Importing this package registers the worlds with Gymnasium: `gymnasium.make("ltl
 Examples: docs/examples.md.
 """
 
+from ltlc.envs.discretised import DiscretisedActions, DiscretisedVectorActions, action_grid
 from ltlc.envs.flat_world import FlatWorld, VectorFlatWorld
 from ltlc.envs.grid import GridWorld, VectorGridWorld
 from ltlc.envs.grid_map import HOLD, GridMap, grid_map
@@ -23,6 +24,8 @@ __all__ = [
     "HOLD",
     "LABELLERS",
     "RECORDED",
+    "DiscretisedActions",
+    "DiscretisedVectorActions",
     "DrawnEnv",
     "FlatWorld",
     "GridMap",
@@ -38,6 +41,7 @@ __all__ = [
     "VectorLetterWorld",
     "VectorZoneWorld",
     "ZoneWorld",
+    "action_grid",
     "board_of",
     "grid_map",
     "labelled_mdp",

@@ -12,6 +12,7 @@ import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
 from ltlc.board import Board
+from ltlc.envs.discretised import DiscretisedVectorActions
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import LabelFunction, LabelSource, Source, described, shown
 from ltlc.envs.registration import register_envs
@@ -50,6 +51,8 @@ class EnvSpec:
         max_episode_steps: limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it
             has none.
         initial_label: whether the label of the first observation is read.
+        discretise: points of each coordinate of a grid of actions, where those of the environment are continuous; None:
+            no grid.
     """
 
     env: str
@@ -57,6 +60,7 @@ class EnvSpec:
     labels: str | None = None
     max_episode_steps: int | None = None
     initial_label: InitialLabel = "read"
+    discretise: int | None = None
 
     def __post_init__(self) -> None:
         steps = self.max_episode_steps
@@ -64,8 +68,9 @@ class EnvSpec:
             raise InvalidArgumentError(f"max_episode_steps is {steps!r}; it must be a whole number, at least 1")
 
     def to_dict(self) -> dict[str, Any]:
-        """The fields as JSON values."""
-        return asdict(self) | {"arguments": dict(self.arguments)}
+        """The fields as JSON values; without `discretise` where there is no grid, as ever."""
+        values = asdict(self) | {"arguments": dict(self.arguments)}
+        return {name: value for name, value in values.items() if name != "discretise" or value is not None}
 
     @cached_property
     def single(self) -> gym.Env[Any, Any]:
@@ -121,6 +126,11 @@ class EnvSpec:
         """Where episodes are cut."""
         return self.max_episode_steps or self._spec.max_episode_steps or EPISODE_STEPS
 
+    @property
+    def continuous(self) -> bool:
+        """Whether the actions of the environment itself are continuous."""
+        return isinstance(self.single.action_space, gym.spaces.Box)
+
     def vector(self, task: Task, num_envs: int) -> LTLVectorWrapper:
         """Many environments with the task around them.
 
@@ -137,6 +147,8 @@ class EnvSpec:
         else:
             wrappers = [] if source is None else [_Labelled.around(source, task.aps)]
             envs = _made(self._spec, arguments, num_envs, vectorization_mode="sync", wrappers=wrappers)
+        if self.discretise is not None:
+            envs = DiscretisedVectorActions(envs, self.discretise)
         return LTLVectorWrapper(envs, task, initial_label=self.initial_label)
 
     @property
