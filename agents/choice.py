@@ -46,7 +46,8 @@ def choose_agent(env: VectorEnv[Any, Any, Any], given: Collection[str] = ()) -> 
     interface = Interface.of(env)
     n_states = 1 if interface.tables is None else interface.tables.n_states
     encoder = ObservationEncoder(interface.space)
+    note = f"; texts are left out: {', '.join(encoder.ignored)}" if encoder.ignored else ""
     obstacle = why_no_table(encoder, n_states, interface.n_actions)
     if obstacle:
-        return Choice(DOUBLE_DQN, obstacle)
-    return Choice(FITTED_Q, f"the {encoder.n_observations} observations can be numbered")
+        return Choice(DOUBLE_DQN, obstacle + note)
+    return Choice(FITTED_Q, f"the {encoder.n_observations} observations can be numbered{note}")

@@ -140,6 +140,12 @@ class Shown(Corridor):
         (FEW, ("learning_rate", "double"), "double-dqn", "learning_rate, double was given"),
         (spaces.Discrete(4097), (), "fitted-q", "the 4097 observations can be numbered"),
         (spaces.Dict({"a": spaces.Discrete(5), "b": spaces.Discrete(5)}), (), "fitted-q", "the 25 observations"),
+        (
+            spaces.Dict({"at": spaces.Discrete(5), "says": spaces.Text(9)}),
+            (),
+            "fitted-q",
+            "the 5 observations can be numbered; texts are left out: says",
+        ),
         (spaces.MultiDiscrete([70, 70]), (), "fitted-q", "the 4900 observations can be numbered"),
         (spaces.MultiDiscrete([1000, 1000]), (), "fitted-q", "the 1000000 observations can be numbered"),
         (MANY, (), "double-dqn", r"MultiDiscrete\(\[ *1000 10000\]\) cannot be numbered"),
