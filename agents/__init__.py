@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .fitted_q.agent import FittedQ
     from .fitted_q.config import FittedQConfig
     from .registry import AGENTS, AgentEntry, register_agent
-    from .training.evaluate import ExactJudge, Regret, Rollouts, greedy_policy, rollout
+    from .training.evaluate import Evaluation, EvaluationCallback, Rollouts, greedy_policy, rollout
     from .training.loop import train
     from .training.progress import Callback, Progress, TrainingResult
     from .training.storage import CHECKPOINT_FILE, POLICY_FILE
@@ -35,12 +35,12 @@ __all__ = [
     "Choice",
     "DQNConfig",
     "DoubleDQN",
-    "ExactJudge",
+    "Evaluation",
+    "EvaluationCallback",
     "FittedQ",
     "FittedQConfig",
     "OffPolicyConfig",
     "Progress",
-    "Regret",
     "Rollouts",
     "TrainingResult",
     "ValueAgent",
@@ -60,7 +60,7 @@ _HOME = {
     "fitted_q.agent": ("FittedQ",),
     "fitted_q.config": ("FittedQConfig",),
     "registry": ("AGENTS", "AgentEntry", "register_agent"),
-    "training.evaluate": ("ExactJudge", "Regret", "Rollouts", "greedy_policy", "rollout"),
+    "training.evaluate": ("Evaluation", "EvaluationCallback", "Rollouts", "greedy_policy", "rollout"),
     "training.loop": ("train",),
     "training.progress": ("Callback", "Progress", "TrainingResult"),
     "training.storage": ("CHECKPOINT_FILE", "POLICY_FILE"),

@@ -23,20 +23,22 @@ class AgentConfig:
     Steps are environment steps, all sub-environments together.
 
     Attributes:
-        total_steps: of the whole training, >= 1.
+        total_steps: of the whole training, >= 1; every agent has a default of its own.
         seed: of everything random, the environment included; >= 0.
         log_every: steps from one row of metrics to the next, >= 1.
+        checkpoint_every: steps from one checkpoint to the next, >= 1; new episodes begin at each.
 
     Raises:
         InvalidArgumentError: a value is out of range.
     """
 
-    total_steps: int = 1_000_000
+    total_steps: int
     seed: int = 0
     log_every: int = 20_000
+    checkpoint_every: int = 100_000
 
     def __post_init__(self) -> None:
-        for field, least in (("total_steps", 1), ("seed", 0), ("log_every", 1)):
+        for field, least in (("total_steps", 1), ("seed", 0), ("log_every", 1), ("checkpoint_every", 1)):
             check_count(field, getattr(self, field), least)
 
     def to_dict(self) -> dict[str, Any]:
@@ -80,7 +82,6 @@ class OffPolicyConfig(AgentConfig):
             is off-policy.
         epsilon_steps: environment steps over which epsilon falls, linearly; None: a third of `total_steps`.
         threads: of PyTorch while training; None: leave them alone. Results are the same only for the same number.
-        checkpoint_every: environment steps from one checkpoint to the next, >= 1.
 
     Raises:
         InvalidArgumentError: a value is out of range.
@@ -92,17 +93,15 @@ class OffPolicyConfig(AgentConfig):
     epsilon_start: float = 1.0
     epsilon_final: float = 0.3
     epsilon_steps: int | None = None
-    total_steps: int = 2_000_000
+    total_steps: int = 300_000
     threads: int | None = 1
     log_every: int = 10_000
-    checkpoint_every: int = 100_000
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for field in ("gamma", "epsilon_start", "epsilon_final"):
             check_number(field, getattr(self, field), 0.0, 1.0, closed=True)
-        for field, least in (("learning_starts", 0), ("checkpoint_every", 1)):
-            check_count(field, getattr(self, field), least)
+        check_count("learning_starts", self.learning_starts, 0)
         if self.reward_scale is not None:
             check_number("reward_scale", self.reward_scale, 0.0, math.inf, closed=False)
         if self.epsilon_steps is not None:

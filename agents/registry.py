@@ -15,7 +15,7 @@ from ltlc.registry import Registry, import_object
 from .config import AgentConfig
 from .double_dqn.config import DQNConfig
 from .fitted_q.config import FittedQConfig
-from .tabular.registry import LEARNERS
+from .tabular.config import FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
 
 DOUBLE_DQN, FITTED_Q = "double-dqn", "fitted-q"
 AUTO = "auto"
@@ -32,9 +32,7 @@ class AgentEntry:
         defaults: default hyperparameters; their class is that of the agent's configuration.
         agent: the class, or `module:class`; see `ltlc.agents.Agent`.
         trainer: a function, or `module:function`, called as `ltlc.agents.training.loop.train_in` is.
-        quick_steps: environment steps where nobody says how many; None: `total_steps` of the defaults.
         uses_rewards: whether it learns from the rewards of the task; others go by the automaton alone.
-        keeps_checkpoints: whether training that was cut short can go on where it was; else it begins anew.
     """
 
     description: str
@@ -42,9 +40,7 @@ class AgentEntry:
     defaults: AgentConfig
     agent: type[Any] | str
     trainer: Callable[..., Any] | str = "ltlc.agents.training.loop:train_in"
-    quick_steps: int | None = None
     uses_rewards: bool = True
-    keeps_checkpoints: bool = True
 
     @property
     def agent_class(self) -> Any:
@@ -68,7 +64,7 @@ def _entry(name: str, part: Any) -> AgentEntry:
             "name and a config_type, or an AgentEntry"
         )
     first = (part.__doc__ or "").strip().partition("\n")[0]
-    return AgentEntry(first or part.__name__, getattr(part, "citation", ""), config_type(), part)
+    return AgentEntry(first or part.__name__, getattr(part, "citation", ""), config_type.from_dict({}), part)
 
 
 AGENTS: Registry[AgentEntry] = Registry("agent", "ltlc.agents", _entry)
@@ -81,7 +77,6 @@ AGENTS.register(
         "D. Ernst, P. Geurts, L. Wehenkel, JMLR 6, 2005, https://www.jmlr.org/papers/v6/ernst05a.html",
         FittedQConfig(),
         "ltlc.agents.fitted_q.agent:FittedQ",
-        quick_steps=300_000,
     ),
 )
 AGENTS.register(
@@ -91,22 +86,62 @@ AGENTS.register(
         "H. van Hasselt, A. Guez, D. Silver, AAAI 2016, doi 10.1609/aaai.v30i1.10295",
         DQNConfig(),
         "ltlc.agents.double_dqn.agent:DoubleDQN",
-        quick_steps=300_000,
     ),
 )
-for _name, _learner in LEARNERS.items():
-    AGENTS.register(
-        _name,
-        AgentEntry(
-            _learner.description,
-            _learner.citation,
-            _learner.config,
-            "ltlc.agents.tabular.policy:TablePolicy",
-            "ltlc.agents.tabular.run:train_learner",
-            uses_rewards=_learner.uses_rewards,
-            keeps_checkpoints=False,
-        ),
-    )
+_TABLE = "ltlc.agents.tabular.policy:TablePolicy"
+AGENTS.register(
+    "q-learning",
+    AgentEntry(
+        "Values of the rewards of the task, taught to every automaton state at each step.",
+        "C. Watkins, P. Dayan, Machine Learning 8, 1992, doi 10.1007/BF00992698",
+        QLearningConfig(),
+        _TABLE,
+        "ltlc.agents.tabular.q_learning:train",
+    ),
+)
+AGENTS.register(
+    "double-q-learning",
+    AgentEntry(
+        "Q-learning with two tables, one to choose the next action and the other to value it.",
+        "H. van Hasselt, Double Q-learning, NeurIPS 2010",
+        QLearningConfig(double=True),
+        _TABLE,
+        "ltlc.agents.tabular.q_learning:train",
+    ),
+)
+AGENTS.register(
+    "fu-topcu",
+    AgentEntry(
+        "Transition probabilities with known states, and the way to accepting end components of the learned product.",
+        "J. Fu, U. Topcu, RSS 2014, doi 10.15607/RSS.2014.X.039",
+        FuTopcuConfig(),
+        _TABLE,
+        "ltlc.agents.tabular.fu_topcu:train",
+        uses_rewards=False,
+    ),
+)
+AGENTS.register(
+    "sadigh",
+    AgentEntry(
+        "Rewards from the sets of a Rabin pair, and temporal differences on a learned model.",
+        "D. Sadigh et al., CDC 2014, doi 10.1109/CDC.2014.7039527",
+        SadighConfig(),
+        _TABLE,
+        "ltlc.agents.tabular.sadigh:train",
+        uses_rewards=False,
+    ),
+)
+AGENTS.register(
+    "wang",
+    AgentEntry(
+        "A randomised policy towards accepting end components of the learned product, by actor and critic.",
+        "J. Wang et al., IJRR 34(10), 2015, doi 10.1177/0278364915581505",
+        WangConfig(),
+        _TABLE,
+        "ltlc.agents.tabular.wang:train",
+        uses_rewards=False,
+    ),
+)
 
 
 def register_agent(name: str, agent: Any = None) -> Any:

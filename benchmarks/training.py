@@ -20,10 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.agents import DQNConfig, ExactJudge, Progress, greedy_policy, train
+from ltlc.agents import DQNConfig, Progress, greedy_policy, train
 from ltlc.agents.tensor_tables import TensorTables
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp, recorded_automaton, thesis_vector_world, thesis_world
-from ltlc.mdp import LabelledMDP
+from ltlc.mdp import Judge, LabelledMDP
 from ltlc.task import Task
 
 NUM_ENVS = 64
@@ -121,16 +121,13 @@ def measure(name: str, seed: int) -> Measurement:
     case = CASES[name]
     world = thesis_vector_world(case.size, NUM_ENVS, dynamic=case.dynamic, max_episode_steps=EPISODE_STEPS)
     env = LTLVectorWrapper(world, task_of(case), initial_label="skip", extra_labels="ignore")
-    mdp = model_of(case)
     result = Measurement("ltlc", name, seed, float("nan"))
-    judges: list[ExactJudge] = []
+    judge = Judge(model_of(case), env.task, initial_label="skip")
 
     def callback(progress: Progress) -> None:
         result.clock.pause()
-        if not judges:
-            judges.append(ExactJudge(mdp, progress.agent.tables, initial_label="skip"))
-            result.optimum = judges[0].optimum
-        result.judge(judges[0].regret(greedy_policy(progress.agent)).relative, progress.row.steps)
+        result.optimum = judge.value
+        result.judge(judge.regret(greedy_policy(progress.agent)), progress.row.steps)
         result.clock.start()
 
     result.clock.start()
@@ -181,7 +178,7 @@ def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measuremen
     network = {"net_arch": list(config.hidden or ())}
     agent = DQN("MlpPolicy", env, policy_kwargs=network, gamma=0.99, seed=seed, device="cpu", **settings)
     judge, shown = peer_judge(case, task)
-    result.optimum = judge.optimum
+    result.optimum = judge.value
 
     class Watch(BaseCallback):
         def _on_step(self) -> bool:
@@ -190,7 +187,7 @@ def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measuremen
             result.clock.pause()
             values = agent.q_net(agent.policy.obs_to_tensor(shown)[0]).detach().numpy()
             policy = values.argmax(axis=1).reshape(-1, task.tables.n_states)
-            result.judge(judge.regret(policy).relative, self.num_timesteps)
+            result.judge(judge.regret(policy), self.num_timesteps)
             result.clock.start()
             return result.clock.wall < cap and THRESHOLDS[0] not in result.reached
 
@@ -200,12 +197,12 @@ def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measuremen
     return result
 
 
-def peer_judge(case: Case, task: Task) -> tuple[ExactJudge, npt.NDArray[np.float32]]:
+def peer_judge(case: Case, task: Task) -> tuple[Judge, npt.NDArray[np.float32]]:
     """The judge, and the flat observations of all pairs (cell, automaton state) in its order."""
     mdp = model_of(case)
     cells, states = np.eye(mdp.n_states, dtype=np.float32), np.eye(task.tables.n_states, dtype=np.float32)
     pairs = [np.repeat(cells, len(states), axis=0), np.tile(states, (len(cells), 1))]
-    return ExactJudge(mdp, task.tables, initial_label="skip"), np.concatenate(pairs, axis=1)
+    return Judge(mdp, task, initial_label="skip"), np.concatenate(pairs, axis=1)
 
 
 def line(result: Measurement) -> str:

@@ -8,9 +8,8 @@ The robot slips with probability 0.2. It has to visit A and then B, and must not
 from __future__ import annotations
 
 import ltlc
-from ltlc.agents import ExactJudge, FittedQConfig, Progress, greedy_policy, rollout, train
+from ltlc.agents import FittedQConfig, Progress, greedy_policy, rollout, train
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
-from ltlc.mdp import expected_violations
 
 MAP = """
 S....
@@ -40,9 +39,10 @@ def main() -> None:
         rows = policy[:, state].reshape(world.layout.rows, world.layout.columns)
         print(f"\nq{state}\n" + "\n".join(" ".join(ARROWS[action] for action in row) for row in rows))
 
-    judge = ExactJudge(labelled_mdp(world), result.agent.tables)
-    violations = expected_violations(judge.product, judge.product.lift(policy))
-    print(f"\nexactly:  {judge.regret(policy)}; violations per episode {violations:.3f}")
+    judge = ltlc.Judge(labelled_mdp(world), TASK)
+    verdict = judge.judge(policy)
+    print(f"\nexactly:  return {verdict.discounted_return:.4g}, optimum {judge.value:.4g}, ", end="")
+    print(f"regret {judge.regret(policy):.2%}; violations per episode {verdict.violations_per_episode:.3f}")
     seen = rollout(result.agent, env, n_episodes=500, seed=1)
     print(f"watched:  violations per episode {seen.violations_per_episode}; satisfied {seen.satisfied}")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ltlc.errors import InvalidArgumentError
 
-from ..config import AgentConfig
+from ..config import AgentConfig, between
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +83,54 @@ def check_probability(config: LearnerConfig, *names: str) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class QLearningConfig(LearnerConfig):
+class ExplorationConfig(LearnerConfig):
+    """Hyperparameters of a learner that explores by random actions.
+
+    Raises:
+        InvalidArgumentError: a value is of the wrong kind or out of range.
+    """
+
+    epsilon_start: float = 1.0
+    """probability of a random action at the start, in [0, 1]."""
+    epsilon_final: float = 0.3
+    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_probability(self, "epsilon_start", "epsilon_final")
+
+    def epsilon_at(self, steps: int) -> float:
+        """Return the probability of a random action after so many environment steps."""
+        return between(self.epsilon_start, self.epsilon_final, 2 * steps / self.total_steps)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExplorerConfig(LearnerConfig):
+    """Hyperparameters of a learner that explores until the transition probabilities are known.
+
+    Raises:
+        InvalidArgumentError: a value is of the wrong kind or out of range.
+    """
+
+    accuracy: float | None = 0.03
+    """error of a transition probability at which it counts as known, in (0, 1)."""
+    delta: float = 0.05
+    """probability with which each estimate may be wrong, in (0, 1)."""
+    discount: float = 0.99
+    """of a step, in (0, 1)."""
+    total_steps: int = 2_000_000
+    """environment steps at most, >= 1."""
+    refresh_every: int = 32
+    """steps of each sub-environment from one look at what is known to the next, >= 1."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_open(self, "accuracy", "delta", "discount")
+        check_positive(self, "refresh_every")
+
+
+@dataclass(frozen=True, kw_only=True)
+class QLearningConfig(ExplorationConfig):
     """Hyperparameters of tabular Q-learning.
 
     Raises:
@@ -104,23 +151,24 @@ class QLearningConfig(LearnerConfig):
     horizon: float = 100.0
     """H of the learning rate (H + 1) / (H + n) of the n-th visit (Jin et al.), > 0: larger forgets early estimates
     faster and averages over fewer late ones."""
+    total_steps: int = 1_000_000
+    """environment steps, >= 1."""
     averaging_steps: float = 25_000
     """the policy is greedy in an exponential average of the table over about so many environment steps, > 0; 1: in the
     table itself."""
-    epsilon_start: float = 1.0
-    """probability of a random action at the start, in [0, 1]."""
-    epsilon_final: float = 0.3
-    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_positive(self, "horizon", "averaging_steps")
-        check_probability(self, "epsilon_start", "epsilon_final")
 
 
 @dataclass(frozen=True, kw_only=True)
-class FuTopcuConfig(LearnerConfig):
+class FuTopcuConfig(ExplorerConfig):
     """Hyperparameters of PAC learning with temporal logic constraints.
+
+    Policies that are equally likely to satisfy are compared by the discount, the quickest first; the paper counts to T
+    instead. With an accuracy of None it is epsilon / (n_states * T), with which the bound of the paper holds and which
+    takes more steps than anyone has.
 
     Raises:
         InvalidArgumentError: a value is of the wrong kind or out of range.
@@ -132,27 +180,15 @@ class FuTopcuConfig(LearnerConfig):
 
     epsilon: float = 0.01
     """probability of satisfaction that may be lost, in (0, 1)."""
-    delta: float = 0.05
-    """probability with which each estimate may be wrong, in (0, 1)."""
     time_horizon: int = 1000
     """T, steps within which the formula should be decided, >= 1."""
-    accuracy: float | None = 0.03
-    """error of a transition probability at which it counts as known, in (0, 1); None: epsilon / (n_states * T), with
-    which the bound of the paper holds and which takes more steps than anyone has."""
-    discount: float = 0.99
-    """of a step, in (0, 1), to choose the quickest among policies that are equally likely to satisfy; the paper counts
-    to T instead."""
-    total_steps: int = 2_000_000
-    """environment steps at most, >= 1."""
-    refresh_every: int = 32
-    """steps of each sub-environment from one look at what is known to the next, >= 1."""
     log_every: int = 50_000
     """environment steps from one product, its plan and call back to the next, >= 1."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_open(self, "epsilon", "delta", "discount", "accuracy")
-        check_positive(self, "time_horizon", "refresh_every")
+        check_open(self, "epsilon")
+        check_positive(self, "time_horizon")
 
     def accuracy_for(self, n_states: int) -> float:
         """The accuracy that is asked for in an environment of so many states."""
@@ -160,7 +196,7 @@ class FuTopcuConfig(LearnerConfig):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SadighConfig(LearnerConfig):
+class SadighConfig(ExplorationConfig):
     """Hyperparameters of model-based temporal differences with Rabin weights.
 
     Raises:
@@ -179,10 +215,6 @@ class SadighConfig(LearnerConfig):
     """discount of every step, in (0, 1)."""
     learning_rate: float = 1.0
     """how far a temporal difference moves a value, in (0, 1]; a model's differences have no noise to average out."""
-    epsilon_start: float = 1.0
-    """probability of a random action at the start, in [0, 1]."""
-    epsilon_final: float = 0.3
-    """probability of a random action after half of the steps, in [0, 1]; linear in between."""
     sweeps: int = 200
     """sweeps of temporal differences over the learned product after each batch of steps, >= 1."""
     total_steps: int = 400_000
@@ -194,12 +226,15 @@ class SadighConfig(LearnerConfig):
         super().__post_init__()
         check_open(self, "gamma")
         check_positive(self, "weight_inf", "weight_fin", "learning_rate", "sweeps")
-        check_probability(self, "learning_rate", "epsilon_start", "epsilon_final")
+        check_probability(self, "learning_rate")
 
 
 @dataclass(frozen=True, kw_only=True)
-class WangConfig(LearnerConfig):
+class WangConfig(ExplorerConfig):
     """Hyperparameters of the actor-critic method.
+
+    The discount is that of a step until the first Inf mark in a component; the paper has none, and is then indifferent
+    between all policies where every one reaches a component at last.
 
     Raises:
         InvalidArgumentError: a value is of the wrong kind or out of range.
@@ -214,23 +249,13 @@ class WangConfig(LearnerConfig):
 
     accuracy: float = 0.03
     """error of a transition probability at which it counts as known, in (0, 1)."""
-    delta: float = 0.05
-    """probability with which each estimate may be wrong, in (0, 1)."""
-    discount: float = 0.99
-    """of a step until the first Inf mark in a component, in (0, 1); the paper has none, and is then indifferent between
-    all policies where every one reaches a component at last."""
     step_size: float = 3.0
     """of the actor, in units of the largest advantage, > 0."""
     iterations: int = 200
     """rounds of critic and actor, >= 1."""
-    total_steps: int = 2_000_000
-    """environment steps at most, >= 1."""
-    refresh_every: int = 32
-    """steps of each sub-environment from one look at what is known to the next, >= 1."""
     report_rounds: int = 10
     """rounds from one call back to the next, once exploration is over, >= 1."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_open(self, "accuracy", "delta", "discount")
-        check_positive(self, "step_size", "iterations", "refresh_every", "report_rounds")
+        check_positive(self, "step_size", "iterations", "report_rounds")

@@ -20,6 +20,7 @@ from ltlc.task import Task
 
 from ..encoder import JOINT_LIMIT, ObservationEncoder
 from ..training.collect import Collector, Interface
+from ..training.contents import Content
 from ..training.shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]
@@ -53,8 +54,10 @@ class Experience:
             which cannot be left should have a limit on the length of episodes.
 
     Attributes:
+        task: of the environment.
         automaton: of the task.
-        tables: reward tables of the task.
+        tables: reward tables of the task; of one that pays nothing, where rewards are left out.
+        space: of a single observation, without the automaton.
         n_states: number of environment states.
         n_actions: number of actions.
         initial_label: whether the label of the first observation is read.
@@ -70,19 +73,19 @@ class Experience:
         wrapper = interface.wrapper
         if wrapper is None:
             raise InvalidArgumentError("a tabular learner needs a task; put LTLVectorWrapper around the environment")
+        self.task = wrapper.task
+        _check_choices(self.task)
         if unrewarded:
-            task = Task(wrapper.task.automaton, _Unrewarded())
             wrapper = LTLVectorWrapper(
                 wrapper.env,
-                task,
+                Task(self.task.automaton, _Unrewarded()),
                 wrapper.labels,
                 batch_labels=wrapper.batch_labels,
                 initial_label=wrapper.initial_label,
                 extra_labels="ignore",
             )
             interface = Interface.of(wrapper)
-        check_choices(wrapper.task)
-        self._encoder = ObservationEncoder(interface.space)
+        self.space, self._encoder = interface.space, ObservationEncoder(interface.space)
         if not 0 < self._encoder.n_observations <= JOINT_LIMIT:
             raise InvalidArgumentError(
                 f"tabular learning needs observations that are discrete, {JOINT_LIMIT} of them at most; this "
@@ -111,6 +114,25 @@ class Experience:
         """What the steps came across."""
         return self._collector.seen
 
+    def begin(self, seed: int) -> None:
+        """Begin new episodes everywhere; those under way are dropped."""
+        self._collector.reset(seed)
+
+    def state_dict(self) -> dict[str, Any]:
+        """Return how many steps were made and what they came across, as numbers."""
+        return {"steps": self.steps, "seen": self._collector.seen_state()}
+
+    def load_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file, and go back to it.
+
+        Raises:
+            FileFormatError: it is something else.
+        """
+        *counts, classes = content["seen"].entries(4)
+        read = [entry.count(most=self.tables.n_classes - 1) for entry in classes.entries()]
+        self._collector.load_seen_state([*(entry.count() for entry in counts), read])
+        self.steps = content["steps"].count()
+
     def step(self, actions: IntArray) -> Batch:
         """Carry out one action in each sub-environment; those that only begin an episode are left out."""
         steps = self._collector.step(actions)
@@ -137,7 +159,7 @@ class Experience:
         return np.asarray(self._encoder.index(torch.from_numpy(packed)).numpy())
 
 
-def check_choices(task: Task) -> None:
+def _check_choices(task: Task) -> None:
     """Check that the rewards of a task leave nothing to the policy but actions.
 
     Raises:

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
-import numpy as np
-from gymnasium.vector import VectorEnv
-
+from ..training.metrics import Row
 from .config import FuTopcuConfig
-from .experience import Experience
 from .explore import Explorer
-from .learned import Callback, Learned, Stopwatch
-from .planning import accepting_components, as_table, reach_and_stay
+from .learner import Found
+from .planning import as_table, reach_and_stay
+from .run import train_learner
 
 
-def train_fu_topcu(
-    env: VectorEnv[Any, Any, Any],
-    config: FuTopcuConfig | None = None,
-    *,
-    callback: Callback | None = None,
-) -> Learned:
-    """Learn the transition probabilities, then reach accepting components of the learned product and stay there.
+class FuTopcu(Explorer):
+    """Learns the transition probabilities, then reaches accepting components of the learned product and stays there.
 
     1. Unknown states are explored by balanced wandering, known ones are crossed on the quickest way to unknown ones.
     2. The product of the known part with the automaton, its accepting maximal end components, and value iteration give
@@ -30,44 +23,38 @@ def train_fu_topcu(
     Rewards are not used; a task with any reward scheme will do. Where the learned product has no accepting component,
     every policy satisfies the formula with probability 0 in it, and none is returned.
 
-    Raises:
-        InvalidArgumentError: see `Experience`.
-
     References:
         See `FuTopcuConfig`. Unlike there, the probabilities of labels are learned too, sub-environments explore in
         parallel, and policies are compared without a horizon T, ties by discount.
     """
-    config = config or FuTopcuConfig()
-    watch = Stopwatch()
-    experience = Experience(env, config.seed, unrewarded=True)
-    accuracy = config.accuracy_for(experience.n_states)
-    explorer = Explorer(experience, accuracy, config.delta, config.epsilon, np.random.default_rng([config.seed, 1]))
-    reported = 0
-    while True:
-        for _ in range(config.refresh_every):
-            explorer.step()
-        explorer.refresh()
-        over = explorer.finished or experience.steps >= config.total_steps
-        if over or experience.steps // config.log_every > reported:
-            reported = experience.steps // config.log_every
-            learned = _plan(experience, explorer, config, watch)
-            if watch.report(callback, learned) or over:
-                return learned
+
+    config: FuTopcuConfig
+
+    @property
+    def accuracy(self) -> float:
+        """Error of a transition probability at which it counts as known."""
+        return self.config.accuracy_for(self.experience.n_states)
+
+    @property
+    def neglect(self) -> float:
+        """Probability of satisfaction that may be lost."""
+        return self.config.epsilon
+
+    def plan(self) -> Found:
+        """Find the policy that is most likely to satisfy the formula in the learned product."""
+        components = self.components()
+        table, probability, message = None, 0.0, self.failure
+        if components.n_components:
+            best = reach_and_stay(components, self.known, self.config.discount)
+            table, probability, message = as_table(components.product, best.policy), best.probability, self.progress
+        return table, Row(
+            steps=self.experience.steps,
+            value=probability,
+            product_states=components.product.n_states,
+            accepting_components=components.n_components,
+            message=message,
+        )
 
 
-def _plan(experience: Experience, explorer: Explorer, config: FuTopcuConfig, watch: Stopwatch) -> Learned:
-    product = experience.product(explorer.model.labelled_mdp())
-    components = accepting_components(product, explorer.known, config.discount)
-    policy, probability, message = None, 0.0, explorer.failure
-    if components.n_components:
-        plan = reach_and_stay(product, components, explorer.known, config.discount)
-        policy, probability, message = as_table(product, plan.policy), plan.probability, explorer.progress
-    return Learned(
-        policy=policy,
-        message=message,
-        steps=experience.steps,
-        seconds=watch.seconds,
-        product_states=product.n_states,
-        accepting_components=components.n_components,
-        value=probability,
-    )
+train = partial(train_learner, FuTopcu)
+"""the trainer of the registry."""

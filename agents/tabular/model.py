@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
+import torch
 from scipy import sparse, special
 
 from ltlc.mdp import LabelledMDP
 
+from ..training.contents import Content
 from .experience import Batch, BoolArray, Experience, IntArray
 
 FloatArray = npt.NDArray[np.float64]
+_MOST = 2**40
+"""counts in a file are below; their sums are exact in float64."""
 
 
 class EmpiricalModel:
@@ -104,6 +110,29 @@ class EmpiricalModel:
         np.maximum.at(deviation, pair, np.sqrt(variance))
         error = float(special.ndtri(1 - delta / 2)) * deviation.reshape(self.visits.shape)
         return np.asarray((error <= accuracy).all(axis=1) | self.terminal)
+
+    def state_dict(self) -> dict[str, Any]:
+        """Return all counts as tensors."""
+        self.transition_counts()  # which takes in what is pending
+        arrays = {"keys": self._keys, "counts": self._counts, "labels": self._label_counts, "terminal": self.terminal}
+        return {name: torch.from_numpy(array) for name, array in arrays.items()}
+
+    def load_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file, and go back to it.
+
+        Raises:
+            FileFormatError: it is of another model.
+        """
+        keys = content["keys"].indices(torch.int64, None, self.visits.size * self.n_states)
+        content["keys"].check(keys.ndim == 1 and bool((keys[1:] > keys[:-1]).all()), "is not in order")
+        counts = content["counts"].indices(torch.int64, (len(keys),), _MOST)
+        content["counts"].check(bool((counts > 0).all()), "has a count of 0")
+        shape = self._label_counts.shape
+        self._label_counts = content["labels"].indices(torch.int64, shape, _MOST).numpy()
+        self.terminal = content["terminal"].tensor(torch.bool, self.terminal.shape).numpy()
+        self._keys, self._counts, self._pending = keys.numpy(), counts.numpy(), []
+        visits = np.bincount(self._keys // self.n_states, self._counts, self.visits.size)
+        self.visits = visits.astype(np.int64).reshape(self.visits.shape)
 
     def _label_probability(self) -> FloatArray:
         counts = self._label_counts.copy()

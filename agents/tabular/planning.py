@@ -27,6 +27,7 @@ NOTHING_TO_REACH = "the learned product has no accepting end component, so no po
 class Components:
     """Accepting maximal end components of a product, and a policy that satisfies the formula inside them."""
 
+    product: Product
     n_components: int
     states: BoolArray
     """shape (n_states,), the product states in one."""
@@ -66,7 +67,7 @@ def accepting_components(product: Product, known: BoolArray, discount: float) ->
             policy[new] = quickest.policy[new]
             entered = _marked_states(product, pair)
             value[new] = np.where(entered, 1.0, discount * quickest.value)[new]
-    return Components(total, policy >= 0, policy, value)
+    return Components(product, total, policy >= 0, policy, value)
 
 
 def _to_next_mark(product: Product, pair: int, inside: BoolArray, discount: float) -> Solution:
@@ -99,12 +100,13 @@ class Plan:
     """with which it satisfies the formula from the start, if the learned model is right."""
 
 
-def reach_and_stay(product: Product, components: Components, known: BoolArray, discount: float) -> Plan:
+def reach_and_stay(components: Components, known: BoolArray, discount: float) -> Plan:
     """Reach accepting components with the largest probability, and among all ways that do so, soon.
 
     Unknown environment states count as lost. Soon means the largest expected discount**steps to the first Inf mark
     inside, by value iteration.
     """
+    product = components.product
     trusted = cut(product, known[product.mdp_state][product.choice_state])
     reach = max_reachability(trusted, components.states)
     entering = np.asarray(trusted.matrix @ components.value)

@@ -17,9 +17,9 @@ from ltlc.rewards import RewardTables
 
 from ..config import AgentConfig
 from ..encoder import ObservationEncoder, n_features
-from ..training.contents import space_of, tables_of
+from ..training.contents import Content, space_of, tables_of
 from ..training.storage import plain_space, read_file, tables_to_tensors, write_file
-from .experience import Experience, check_choices
+from .experience import Experience
 
 IntArray = npt.NDArray[np.int64]
 
@@ -48,7 +48,7 @@ class TablePolicy:
         self, observation_space: spaces.Space[Any], n_actions: int, tables: RewardTables, table: npt.NDArray[Any]
     ) -> None:
         self.encoder = ObservationEncoder(observation_space)
-        self.n_actions, self.tables, self.table = n_actions, tables, table
+        self.n_actions, self.tables, self.table = n_actions, tables, np.ascontiguousarray(table)
         pairs = (self.encoder.n_observations, tables.n_states)
         if table.shape not in (pairs, (*pairs, n_actions)):
             raise InvalidArgumentError(f"a table of shape {table.shape} for {pairs} observations and table states")
@@ -61,7 +61,6 @@ class TablePolicy:
         Raises:
             InvalidArgumentError: observations are not discrete, or the rewards want more than actions.
         """
-        check_choices(env.task)
         Experience(env, config.seed)
 
     def policy_table(self) -> npt.NDArray[Any]:
@@ -109,10 +108,25 @@ class TablePolicy:
         table.check(n_features(space, "one-hot") <= entries.numel(), "has fewer entries than there are observations")
         pairs = (ObservationEncoder(space).n_observations, tables.n_states)
         table.check(pairs[0] > 0, "is for observations that are not numbered")
-        if entries.is_floating_point():
-            chances = table.tensor(torch.float64, (*pairs, n_actions))
-            proper = (chances >= 0).all() and ((chances.sum(dim=-1) - 1).abs() <= _ROUNDING).all()
-            table.check(bool(proper), "has rows that are no probabilities")
-        else:
-            table.indices(entries.dtype, pairs, n_actions)
-        return cls(space, n_actions, tables, entries.numpy())
+        return cls(space, n_actions, tables, table_of(table, pairs, n_actions))
+
+
+def table_of(content: Content, pairs: tuple[int, int], n_actions: int) -> npt.NDArray[Any]:
+    """Check the table of a policy that was read from a file.
+
+    Args:
+        content: of the file.
+        pairs: numbers of observations and of table states.
+        n_actions: number of actions.
+
+    Raises:
+        FileFormatError: it is of another shape, or has something else than actions or their probabilities.
+    """
+    entries = content.value
+    content.check(isinstance(entries, torch.Tensor), "is not a tensor")
+    if not entries.is_floating_point():
+        return np.asarray(content.indices(entries.dtype, pairs, n_actions).numpy())
+    chances = content.tensor(torch.float64, (*pairs, n_actions))
+    proper = (chances >= 0).all() and ((chances.sum(dim=-1) - 1).abs() <= _ROUNDING).all()
+    content.check(bool(proper), "has rows that are no probabilities")
+    return np.asarray(chances.numpy())

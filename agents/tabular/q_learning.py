@@ -2,57 +2,39 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import VectorEnv
+import torch
 
 from ..tensor_tables import reachable_states
+from ..training.contents import Content
+from ..training.metrics import Row
+from ..training.shortcomings import shortcomings
 from .config import QLearningConfig
 from .experience import Batch, Experience, IntArray
-from .learned import Callback, Learned, Stopwatch
+from .learner import Found, TabularLearner
+from .run import train_learner
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def train_q_learning(
-    env: VectorEnv[Any, Any, Any],
-    config: QLearningConfig | None = None,
-    *,
-    callback: Callback | None = None,
-) -> Learned:
-    """Learn the values of the reward tables of an `LTLVectorWrapper`; the policy is over their states.
+class QLearning(TabularLearner):
+    """Learns the values of the reward tables of an `LTLVectorWrapper`; the policy is over their states.
 
     Where nothing discounts the steps between acceptances, as in `zeta-discount` and `zeta-reach`, noise that the
     maximum picks up goes round for long: there, take `double=True`, or a smaller `horizon` and more steps.
 
-    Raises:
-        InvalidArgumentError: see `Experience`; or the task leaves the choice of a Rabin pair to the policy.
-
     References:
         See `QLearningConfig`.
     """
-    config = config or QLearningConfig()
-    watch = Stopwatch()
-    experience, generator = Experience(env, config.seed), np.random.default_rng([config.seed, 1])
-    learner = _QLearner(experience, config, generator)
-    reported = 0
-    while True:
-        done = experience.steps / config.total_steps
-        epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * min(2 * done, 1)
-        learner.update(experience.step(learner.explore(epsilon)))
-        over = experience.steps >= config.total_steps
-        if over or experience.steps // config.log_every > reported:
-            reported = experience.steps // config.log_every
-            learned = learner.learned(watch)
-            if watch.report(callback, learned) or over:
-                return learned
 
+    config: QLearningConfig
 
-class _QLearner:
-    def __init__(self, experience: Experience, config: QLearningConfig, generator: np.random.Generator) -> None:
-        self.experience, self.config, self.generator = experience, config, generator
+    def __init__(self, experience: Experience, config: QLearningConfig) -> None:
+        super().__init__(experience, config)
         tables = experience.tables
         self.reward, self.discount = tables.expected_reward, tables.expected_discount
         self.next_state, self.final_value = tables.next_state, tables.final_value
@@ -65,15 +47,43 @@ class _QLearner:
         self.average: FloatArray = np.zeros(shape)
         self.visited = np.zeros((experience.n_states, tables.n_states), dtype=np.bool_)
 
-    def explore(self, epsilon: float) -> IntArray:
-        """Epsilon-greedy actions, in the mean of the tables."""
+    def step(self) -> None:
+        """Make one step in each sub-environment, epsilon-greedy in the mean of the tables, and learn from it."""
         state, q = self.experience.state, self.experience.table_state
         self.visited[state, q] = True
         value = sum(table[state, :, q] for table in self.q)
-        random = self.generator.integers(self.experience.n_actions, size=len(state))
-        return np.where(self.generator.random(len(state)) < epsilon, random, np.argmax(value, axis=1))
+        self._update(self.experience.step(self.explore(np.argmax(value, axis=1))))
 
-    def update(self, batch: Batch) -> None:
+    def plan(self) -> Found:
+        """Act greedily."""
+        state, q = self.first
+        visited = int(self.visited.sum())
+        return np.asarray(self.average.argmax(axis=1)), Row(
+            steps=self.experience.steps,
+            value=float(self.average[state, :, q].max(axis=1).mean()),
+            product_states=visited,
+            message=f"{visited} product states visited",
+        )
+
+    def shortcomings(self) -> tuple[str, ...]:
+        """Say what the steps lacked."""
+        steps, counterfactual = self.experience.steps, self.config.counterfactual
+        return tuple(shortcomings(self.experience.seen, steps, counterfactual=counterfactual))
+
+    def state_dict(self) -> dict[str, Any]:
+        """Return the tables, how often they were taught, and what was visited."""
+        tables = {name: [torch.from_numpy(part) for part in getattr(self, name)] for name in ("q", "updates")}
+        return {**tables, "average": torch.from_numpy(self.average), "visited": torch.from_numpy(self.visited)}
+
+    def load_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file, and go back to it."""
+        shape, n = self.average.shape, len(self.q)
+        self.q = [part.tensor(torch.float64, shape).numpy() for part in content["q"].entries(n)]
+        self.updates = [part.indices(torch.int64, shape, 2**53).numpy() for part in content["updates"].entries(n)]
+        self.average = content["average"].tensor(torch.float64, shape).numpy()
+        self.visited = content["visited"].tensor(torch.bool, self.visited.shape).numpy()
+
+    def _update(self, batch: Batch) -> None:
         """Teach one step of each sub-environment."""
         if self.config.double:
             first = self.generator.random(len(batch.state)) < 0.5
@@ -83,22 +93,6 @@ class _QLearner:
             self._teach(batch, 0, 0)
         weight = min(len(batch.state) / self.config.averaging_steps, 1.0)
         self.average += weight * (sum(self.q) / len(self.q) - self.average)
-
-    def learned(self, watch: Stopwatch) -> Learned:
-        """The greedy policy."""
-        state, q = self.first
-        visited = int(self.visited.sum())
-        return Learned(
-            policy=np.asarray(self.average.argmax(axis=1)),
-            message=f"{visited} product states visited",
-            steps=self.experience.steps,
-            seconds=watch.seconds,
-            product_states=visited,
-            accepting_components=None,
-            value=float(self.average[state, :, q].max(axis=1).mean()),
-            seen=self.experience.seen,
-            counterfactual=self.config.counterfactual,
-        )
 
     def _teach(self, batch: Batch, own: int, other: int) -> None:
         """Move table `own` towards targets in which `own` chooses the next action and `other` values it."""
@@ -126,3 +120,7 @@ class _QLearner:
 
 def _part(batch: Batch, chosen: npt.NDArray[np.bool_]) -> Batch:
     return Batch(*(getattr(batch, name)[chosen] for name in Batch.__dataclass_fields__))
+
+
+train = partial(train_learner, QLearning)
+"""the trainer of the registry, also of double Q-learning."""

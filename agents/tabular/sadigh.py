@@ -2,76 +2,87 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import VectorEnv
+import torch
 
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import ExplicitMDP, RewardProduct
 from ltlc.rewards import RewardTables, get_scheme
 
+from ..training.contents import Content
+from ..training.metrics import Row
 from .config import SadighConfig
 from .experience import Experience, IntArray
-from .learned import Callback, Learned, Stopwatch
+from .learner import Found, TabularLearner
 from .model import EmpiricalModel
+from .run import train_learner
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def train_sadigh(
-    env: VectorEnv[Any, Any, Any],
-    config: SadighConfig | None = None,
-    *,
-    callback: Callback | None = None,
-) -> Learned:
-    """Learn a model and, on its product with the automaton, the values of rewards given by the Rabin pairs.
+class Sadigh(TabularLearner):
+    """Learns a model and, on its product with the automaton, the values of rewards given by the Rabin pairs.
 
     Each pair is learned for itself; the policy is that of the pair with the largest value from the start. Exploration
     is epsilon-greedy. The rewards of the environment's own task are not used.
 
     Raises:
-        InvalidArgumentError: see `Experience`; or the automaton has no Rabin pair.
+        InvalidArgumentError: the automaton has no Rabin pair.
 
     References:
         See `SadighConfig`. Unlike there, a violation ends the episode (it is paid once, as the rewards of `sadigh`
         in `ltlc.rewards` have it), and differences are taken for all product states at once.
     """
-    config = config or SadighConfig()
-    watch = Stopwatch()
-    experience, generator = Experience(env, config.seed, unrewarded=True), np.random.default_rng([config.seed, 1])
-    model = EmpiricalModel(experience)
-    pairs = [_Pair(experience, config, i) for i in range(experience.automaton.n_pairs)]
-    if not pairs:
-        raise InvalidArgumentError("the automaton has no Rabin pair: no word satisfies the formula")
-    best = pairs[0]
-    automaton_state = experience.tables.automaton_state
-    while True:
-        part = min(2 * experience.steps / config.total_steps, 1.0)
-        epsilon = config.epsilon_start + (config.epsilon_final - config.epsilon_start) * part
-        until = min(experience.steps + config.log_every, config.total_steps)
-        while experience.steps < until:
-            greedy = best.policy[experience.state, automaton_state[experience.table_state]]
-            random = generator.integers(experience.n_actions, size=len(greedy))
-            explore = generator.random(len(greedy)) < epsilon
-            model.add(experience.step(np.where(explore, random, greedy)))
-        learned_mdp = model.labelled_mdp()
-        sizes = [pair.learn(experience.reward_product(learned_mdp, pair.tables)) for pair in pairs]
-        best = max(pairs, key=lambda pair: pair.start_value)
-        chosen = f"; Rabin pair {best.index} of {len(pairs)} is worth most" if len(pairs) > 1 else ""
-        over = experience.steps >= config.total_steps
-        learned = Learned(
-            policy=best.policy.copy(),
-            message=f"{max(sizes)} product states in the model{chosen}",
-            steps=experience.steps,
-            seconds=watch.seconds,
-            product_states=max(sizes),
-            accepting_components=None,
+
+    config: SadighConfig
+
+    def __init__(self, experience: Experience, config: SadighConfig) -> None:
+        super().__init__(experience, config)
+        self.model = EmpiricalModel(experience)
+        self._pairs = [_Pair(experience, config, i) for i in range(experience.automaton.n_pairs)]
+        if not self._pairs:
+            raise InvalidArgumentError("the automaton has no Rabin pair: no word satisfies the formula")
+
+    @property
+    def _best(self) -> _Pair:
+        return max(self._pairs, key=lambda pair: pair.start_value)
+
+    def step(self) -> None:
+        """Make one step in each sub-environment, and count it."""
+        state, tables = self.experience.table_state, self.experience.tables
+        greedy = self._best.policy[self.experience.state, tables.automaton_state[state]]
+        self.model.add(self.experience.step(self.explore(greedy)))
+
+    def plan(self) -> Found:
+        """Sweep over the learned products, one of each pair."""
+        learned_mdp = self.model.labelled_mdp()
+        sizes = [pair.learn(self.experience.reward_product(learned_mdp, pair.tables)) for pair in self._pairs]
+        best, n_pairs = self._best, len(self._pairs)
+        chosen = f"; Rabin pair {best.index} of {n_pairs} is worth most" if n_pairs > 1 else ""
+        return best.policy.copy(), Row(
+            steps=self.experience.steps,
             value=best.start_value,
+            product_states=max(sizes),
+            message=f"{max(sizes)} product states in the model{chosen}",
         )
-        if watch.report(callback, learned) or over:
-            return learned
+
+    def state_dict(self) -> dict[str, Any]:
+        """Return the counts, and of each pair its values."""
+        return {"model": self.model.state_dict(), "pairs": [pair.state_dict() for pair in self._pairs]}
+
+    def load_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file, and go back to it."""
+        self.model.load_state(content["model"])
+        for pair, saved in zip(self._pairs, content["pairs"].entries(len(self._pairs)), strict=True):
+            pair.load_state(saved, self.experience.n_actions)
+
+
+train = partial(train_learner, Sadigh)
+"""the trainer of the registry."""
 
 
 class _Pair:
@@ -97,3 +108,12 @@ class _Pair:
         self.policy[here] = process.choice_action[process.greedy(product.reward + process.matrix @ value)]
         self.start_value = float(product.initial @ value)
         return product.n_states
+
+    def state_dict(self) -> dict[str, Any]:
+        tensors = {"value": torch.from_numpy(self.value), "policy": torch.from_numpy(self.policy)}
+        return {**tensors, "start_value": self.start_value}
+
+    def load_state(self, content: Content, n_actions: int) -> None:
+        self.value = content["value"].tensor(torch.float64, self.value.shape).numpy()
+        self.policy = content["policy"].indices(torch.int64, self.policy.shape, n_actions).numpy()
+        self.start_value = content["start_value"].number()

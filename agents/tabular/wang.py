@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import VectorEnv
 from scipy import sparse
 from scipy.sparse import linalg
 
-from ltlc.mdp import Product
-
+from ..training.metrics import Row
 from .config import WangConfig
-from .experience import Experience, IntArray
+from .experience import IntArray
 from .explore import Explorer
-from .learned import Callback, Learned, Stopwatch
-from .planning import Components, accepting_components, as_table, cut
+from .learner import Found
+from .planning import Components, as_table, cut
+from .run import train_learner
 
 FloatArray = npt.NDArray[np.float64]
 
 
-def train_wang(
-    env: VectorEnv[Any, Any, Any],
-    config: WangConfig | None = None,
-    *,
-    callback: Callback | None = None,
-) -> Learned:
-    """Learn the transition probabilities, then a randomised policy that reaches accepting components.
+class Wang(Explorer):
+    """Learns the transition probabilities, then a randomised policy that reaches accepting components.
 
     1. Exploration as by Fu and Topcu, until every state that can be reached is known.
     2. The accepting maximal end components of the learned product, and a policy that satisfies the formula inside.
@@ -37,56 +33,53 @@ def train_wang(
 
     Where the learned product has no accepting component, no policy is returned. Rewards of the task are not used.
 
-    Raises:
-        InvalidArgumentError: see `Experience`.
-
     References:
         See `WangConfig`; there, both features of the critic and parameters of the policy are few, and values come from
         sample paths. J. Boyan, Technical update: least-squares temporal difference learning, Machine Learning 49,
         2002, doi 10.1023/A:1017936530646 (with tables it is the model's value). S. Kakade, A natural policy gradient,
         NeurIPS 2001.
     """
-    config = config or WangConfig()
-    watch = Stopwatch()
-    experience = Experience(env, config.seed, unrewarded=True)
-    explorer = Explorer(experience, config.accuracy, config.delta, 0.0, np.random.default_rng([config.seed, 1]))
-    reported = 0
-    while not explorer.finished and experience.steps < config.total_steps:
-        for _ in range(config.refresh_every):
-            explorer.step()
-        explorer.refresh()
-        if experience.steps // config.log_every > reported:
-            reported = experience.steps // config.log_every
-            exploring = Learned(None, explorer.progress, experience.steps, watch.seconds, 0, None, 0.0)
-            if watch.report(callback, exploring):
-                return exploring
-    product = experience.product(explorer.model.labelled_mdp())
-    components = accepting_components(product, explorer.known, config.discount)
 
-    def learned(policy: npt.NDArray[Any] | None, value: float, message: str) -> Learned:
-        found = components.n_components
-        return Learned(policy, message, experience.steps, watch.seconds, product.n_states, found, value)
+    config: WangConfig
 
-    if not components.n_components:
-        return learned(None, 0.0, explorer.failure)
-    actor_critic = _ActorCritic(product, components, config)
-    for iteration in range(1, config.iterations + 1):
-        value = actor_critic.improve()
-        over = iteration == config.iterations
-        if over or iteration % config.report_rounds == 0:
-            table = as_table(product, actor_critic.policy())
-            result = learned(table, value, f"{iteration} rounds of critic and actor")
-            if watch.report(callback, result) or over:
-                break
-    return result
+    def plan(self) -> Found:
+        """Say how much is known; there is no policy before exploration is over."""
+        return None, Row(steps=self.experience.steps, value=0.0, product_states=0, message=self.progress)
+
+    def conclude(self) -> Iterator[Found]:
+        """Make the rounds of critic and actor."""
+        components = self.components()
+
+        def found(table: npt.NDArray[Any] | None, value: float, message: str) -> Found:
+            return table, Row(
+                steps=self.experience.steps,
+                value=value,
+                product_states=components.product.n_states,
+                accepting_components=components.n_components,
+                message=message,
+            )
+
+        if not components.n_components:
+            yield found(None, 0.0, self.failure)
+            return
+        actor_critic = _ActorCritic(components, self.config)
+        for iteration in range(1, self.config.iterations + 1):
+            value = actor_critic.improve()
+            if iteration == self.config.iterations or iteration % self.config.report_rounds == 0:
+                table = as_table(components.product, actor_critic.policy())
+                yield found(table, value, f"{iteration} rounds of critic and actor")
+
+
+train = partial(train_learner, Wang)
+"""the trainer of the registry."""
 
 
 class _ActorCritic:
-    def __init__(self, product: Product, components: Components, config: WangConfig) -> None:
-        self.product, self.components, self.config = product, components, config
-        self.process = cut(product, ~components.states[product.choice_state])
+    def __init__(self, components: Components, config: WangConfig) -> None:
+        self.product, self.components, self.config = components.product, components, config
+        self.process = cut(self.product, ~components.states[self.product.choice_state])
         self.reward = np.asarray(self.process.matrix @ components.value)
-        self.parameter: FloatArray = np.zeros(product.n_choices)
+        self.parameter: FloatArray = np.zeros(self.product.n_choices)
 
     def improve(self) -> float:
         """One round of critic and actor; the value from the start of the policy before it."""

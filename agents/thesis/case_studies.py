@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,16 +21,17 @@ import numpy.typing as npt
 from ltlc.envs import recorded_automaton
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import RewardWarning
-from ltlc.mdp.measures import expected_return
 from ltlc.mdp.verdict import Judge, PolicyVerdict
 from ltlc.pictures.curves import Curve, draw_curves
 from ltlc.pictures.policy import draw_policy
 
 from ..double_dqn.config import DQNConfig
 from ..registry import DOUBLE_DQN
+from ..training.evaluate import EvaluationCallback
 from ..training.progress import Progress
 from ..training.report import Report, tabular_policy
-from ..training.run_folder import RunConfig, RunFolder, num_envs_for
+from ..training.run_config import RunConfig, num_envs_for
+from ..training.run_folder import RunFolder
 
 FloatArray = npt.NDArray[np.float64]
 ROWS = 60
@@ -152,10 +153,10 @@ def reproduce(
         judge = run.judge
         assert judge is not None and judge.optimum is not None and judge.maximum is not None  # both are solved here
         solved_in = time.perf_counter() - since
-        watch = _Watch(judge)
+        evaluate = EvaluationCallback(judge)
 
-        def look(progress: Any) -> None:
-            watch.look(progress)
+        def look(progress: Progress) -> None:
+            evaluate(progress)
             callback(progress)
 
         result = run.train(callback=look)
@@ -165,33 +166,14 @@ def reproduce(
         report = Report(verdict, judge, None)
         run.write_result({"steps": result.steps, **report.to_dict()})
         run.draw_automaton()
-    curves = (np.array(column, dtype=np.float64) for column in (watch.episodes, watch.returns, watch.greedy))
-    return Outcome(experiment, seed, run, report, result.seconds - watch.paused, watch.reached, solved_in, *curves)
-
-
-class _Watch:
-    """Judges a policy while it is learned."""
-
-    def __init__(self, judge: Judge) -> None:
-        self.judge = judge
-        self.paused = 0.0
-        self.reached: float | None = None
-        self.episodes: list[float] = []
-        self.returns: list[float | None] = []
-        self.greedy: list[float] = []
-
-    def look(self, progress: Progress) -> None:
-        since = time.perf_counter()
-        row, product = progress.row, self.judge.rewards
-        policy = tabular_policy(progress.agent, product.mdp)
-        regret = self.judge.regret(policy)
-        if self.reached is None and regret is not None and regret < NEARLY_OPTIMAL:
-            self.reached = row.seconds - self.paused
-        value = expected_return(product, product.lift(policy), discount=1.0)
-        self.episodes.append((self.episodes[-1] if self.episodes else 0) + (row.episodes or 0))
-        self.returns.append(row.episode_return)
-        self.greedy.append(value if np.isfinite(value) else np.nan)
-        self.paused += time.perf_counter() - since
+    found = evaluate.evaluations
+    good = (one.row.seconds for one in found if one.regret is not None and one.regret < NEARLY_OPTIMAL)
+    greedy = [one.total_return if np.isfinite(one.total_return) else np.nan for one in found]
+    returns = np.array([one.row.episode_return for one in found], dtype=np.float64)
+    episodes = np.cumsum([one.row.episodes or 0 for one in found], dtype=np.float64)
+    return Outcome(
+        experiment, seed, run, report, result.seconds, next(good, None), solved_in, episodes, returns, np.array(greedy)
+    )
 
 
 def draw_learned(path: str | os.PathLike[str], outcome: Outcome, *, title: str) -> Path:

@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 from types import MappingProxyType
-from typing import Any, NamedTuple
-
-import numpy.typing as npt
+from typing import Any
 
 from ltlc.envs import LTLVectorWrapper, labelled_mdp, recorded_automaton, thesis_vector_world, thesis_world
 from ltlc.errors import RewardWarning, UnknownNameError
 from ltlc.mdp import Judge
 from ltlc.task import Task
 
-from ..double_dqn.config import DQNConfig
-from ..registry import DOUBLE_DQN
-from ..tabular.learned import Learned
-from ..tabular.registry import LEARNERS
-from ..training.evaluate import greedy_policy
+from ..registry import AGENTS, DOUBLE_DQN
+from ..training.evaluate import Evaluation, EvaluationCallback
 from ..training.loop import train
-from ..training.progress import Progress
 
 CASES = (("5x5", "phi_3"), ("10x10", "phi_3"), ("5x5", "phi_4"), ("10x10", "phi_4"))
 """worlds and formulas of the tables, in their order."""
@@ -40,13 +33,19 @@ THESIS_STATES: Mapping[tuple[str, str], int] = MappingProxyType(
     dict(zip(CASES, (100, 400, 375, 1500), strict=True)),
 )
 """table 5.2: states of the product."""
-SYSTEMS = (DOUBLE_DQN, *LEARNERS)
+SYSTEMS = (DOUBLE_DQN, "q-learning", "double-q-learning", "fu-topcu", "sadigh", "wang")
 """what is compared: the deep agent with its network, and every tabular learner."""
 REGRET = 0.01
 """part of the optimal return that a good policy may lose."""
 SECONDS, QUICK_SECONDS = 60.0, 20.0
 """time limit of each run."""
-_TABULAR_ENVS, _DQN_ENVS = 256, 16
+_TABULAR_ENVS = 256
+_ENVS: Mapping[str, int] = MappingProxyType({DOUBLE_DQN: 16})
+"""environments stepped together, where they are not those of the tabular learners."""
+_CHANGES: Mapping[str, Mapping[str, Any]] = MappingProxyType({
+    DOUBLE_DQN: {"hidden": (256,), "total_steps": 1_000_000, "epsilon_steps": 100_000},  # it is stopped far earlier
+})  # fmt: skip
+"""what is not as in the defaults of the system."""
 
 
 @dataclass(frozen=True)
@@ -132,107 +131,55 @@ def runtime_comparison(
     allowed = limit if limit is not None else QUICK_SECONDS if quick else SECONDS
     rows = []
     for world, formula in CASES if cases is None else cases:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
+            task = Task(recorded_automaton(formula), reward="thesis")
+        judge = Judge(labelled_mdp(thesis_world(world)), task)
         for system in wanted:
-            rows.append(_row(system, world, formula, chosen, _Referee(world, formula, regret, allowed)))
+            runs = [_run(system, world, task, judge, regret, allowed, seed) for seed in chosen]
+            rows.append(_row(system, world, formula, judge, runs))
             if progress is not None:
                 progress(rows[-1])
     return rows
 
 
-def _row(system: str, world: str, formula: str, seeds: Sequence[int], referee: _Referee) -> RuntimeRow:
-    runs: list[tuple[_Run, _Quality]] = []
-    for seed in seeds:
-        referee.last = _NONE
-        run = _run_dqn(world, referee, seed) if system == DOUBLE_DQN else _run_learner(system, world, referee, seed)
-        runs.append((run, referee.last))
-    seconds = [run.seconds for run, _ in runs]
-    built = [run.product_states for run, _ in runs if run.product_states is not None]
+def _run(
+    system: str, world: str, task: Task, judge: Judge, regret: float, limit: float, seed: int
+) -> tuple[bool, Evaluation]:
+    """Train until the policy is good, or the time is up; whether it is, and the last evaluation."""
+
+    def good(found: Evaluation) -> bool:
+        assert found.regret is not None  # the thesis' rewards are discounted
+        return found.satisfaction >= judge.maximum.probability - 1e-6 and found.regret <= regret
+
+    env = LTLVectorWrapper(thesis_vector_world(world, _ENVS.get(system, _TABULAR_ENVS)), task)
+    config = dataclasses.replace(AGENTS[system].defaults, seed=seed, **_CHANGES.get(system, {}))
+    evaluate = EvaluationCallback(judge, lambda found: good(found) or found.row.seconds >= limit)
+    if train(env, config, agent=system, callback=evaluate).interrupted:
+        raise KeyboardInterrupt
+    return good(evaluate.evaluations[-1]), evaluate.evaluations[-1]
+
+
+def _row(system: str, world: str, formula: str, judge: Judge, runs: Sequence[tuple[bool, Evaluation]]) -> RuntimeRow:
+    last = [found for _, found in runs]
+    seconds = [found.row.seconds for found in last]
+    built = [found.row.product_states for found in last if found.row.product_states is not None]
     return RuntimeRow(
         system=system,
         world=world,
         formula=formula,
         runs=len(runs),
-        reached=sum(quality.good for _, quality in runs),
+        reached=sum(good for good, _ in runs),
         seconds=median(seconds),
         fastest=min(seconds),
         slowest=max(seconds),
-        steps=int(median(run.steps for run, _ in runs)),
-        regret=max(quality.regret for _, quality in runs),
-        probability=min(quality.probability for _, quality in runs),
-        max_probability=referee.judge.maximum.probability,
+        steps=int(median(found.row.steps for found in last)),
+        regret=max(found.regret or 0.0 for found in last),
+        probability=min(found.satisfaction for found in last),
+        max_probability=judge.maximum.probability,
         product_states=max(built) if built else None,
-        accepting_components=runs[-1][0].accepting_components,
-        reachable_states=referee.judge.words.n_states,
+        accepting_components=last[-1].row.accepting_components,
+        reachable_states=judge.words.n_states,
         thesis_hours=THESIS_HOURS.get((system, world, formula)),
         thesis_product_states=THESIS_STATES[world, formula],
     )
-
-
-class _Run(NamedTuple):
-    seconds: float
-    steps: int
-    product_states: int | None = None
-    accepting_components: int | None = None
-
-
-class _Quality(NamedTuple):
-    good: bool
-    regret: float
-    probability: float
-
-
-_NONE = _Quality(False, math.inf, 0.0)
-
-
-class _Referee:
-    """Stops a run when its policy is good, or its time is up."""
-
-    def __init__(self, world: str, formula: str, allowed: float, limit: float) -> None:
-        automaton = recorded_automaton(formula)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RewardWarning)  # what they teach is what is to be seen
-            self.task = Task(automaton, reward="thesis")
-        self.judge = Judge(labelled_mdp(thesis_world(world)), self.task)
-        self._allowed, self._limit = allowed, limit
-        self.last = _NONE
-
-    def look(self, policy: npt.NDArray[Any] | None, seconds: float) -> bool:
-        """Judge a policy; whether to stop."""
-        if policy is not None:
-            regret, probability = self.judge.regret(policy), self.judge.satisfaction(policy)
-            assert regret is not None  # the thesis' rewards are discounted
-            best = probability >= self.judge.maximum.probability - 1e-6
-            self.last = _Quality(best and regret <= self._allowed, regret, probability)
-        return self.last.good or seconds >= self._limit
-
-
-def _run_learner(system: str, world: str, referee: _Referee, seed: int) -> _Run:
-    env = LTLVectorWrapper(thesis_vector_world(world, _TABULAR_ENVS), referee.task)
-    learner, states = LEARNERS[system], referee.task.tables.automaton_state
-
-    def callback(learned: Learned) -> bool:
-        policy = learned.policy
-        if policy is not None and not learner.uses_rewards:
-            policy = policy[:, states]
-        return referee.look(policy, learned.seconds)
-
-    learned = learner.train(env, dataclasses.replace(learner.config, seed=seed), callback=callback)
-    return _Run(learned.seconds, learned.steps, learned.product_states, learned.accepting_components)
-
-
-def _run_dqn(world: str, referee: _Referee, seed: int) -> _Run:
-    env = LTLVectorWrapper(thesis_vector_world(world, _DQN_ENVS), referee.task)
-    judging = 0.0
-
-    def callback(progress: Progress) -> bool:
-        nonlocal judging
-        before = time.perf_counter()
-        stop = referee.look(greedy_policy(progress.agent), progress.row.seconds - judging)
-        judging += time.perf_counter() - before
-        return stop
-
-    network = DQNConfig(hidden=(256,), total_steps=1_000_000, epsilon_steps=100_000, seed=seed)  # stopped far earlier
-    result = train(env, network, callback=callback)
-    if result.interrupted:
-        raise KeyboardInterrupt
-    return _Run(result.seconds - judging, result.steps)

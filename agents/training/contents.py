@@ -105,7 +105,7 @@ class Content:
         self.check(tensor.dtype == dtype, f"has numbers of the kind {tensor.dtype}, not {dtype}")
         self.check(shape in (None, tuple(tensor.shape)), f"has the shape {tuple(tensor.shape)}, not {shape}")
         self.check(not dtype.is_floating_point or bool(tensor.isfinite().all()), "has a number that is not finite")
-        return tensor
+        return tensor.contiguous()
 
     def indices(self, dtype: torch.dtype, shape: tuple[int, ...] | None, below: int) -> Tensor:
         """The value as a tensor of numbers from 0 to below a bound."""

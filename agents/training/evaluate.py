@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
 from ltlc.errors import InvalidArgumentError
-from ltlc.mdp import LabelledMDP, RewardProduct, expected_return, optimal_return
+from ltlc.mdp import expected_return
 from ltlc.mdp.estimate import Estimate, mean, probability, ratio
-from ltlc.mdp.figures import figure_text
-from ltlc.mdp.measures import from_start
-from ltlc.rewards import RewardTables
+from ltlc.mdp.verdict import Judge
 
-from ..encoder import ObservationEncoder
+from ..agent import Agent
 from ..value_agent import ValueAgent
 from .collect import Collector, Episode, Interface
+from .metrics import Row
+from .progress import Progress
 
 IntArray = npt.NDArray[np.int64]
 
@@ -42,44 +44,50 @@ def greedy_policy(agent: ValueAgent, observations: Any = None) -> IntArray:
 
 
 @dataclass(frozen=True)
-class Regret:
-    """Exact expected return of a policy from the start, beside the largest one there is.
+class Evaluation:
+    """How good the policy was at a row of metrics, exactly.
 
     Attributes:
-        value: expected discounted return of the policy.
-        optimum: of the best policy.
+        row: the metrics.
+        regret: what it loses of the largest expected discounted return, as a part of it; 0 is optimal. None: there is
+            no largest one; inf: there is no policy yet.
+        satisfaction: probability that it satisfies the formula.
+        total_return: expected sum of rewards of an episode; not finite where it may go on for ever.
     """
 
-    value: float
-    optimum: float
-
-    @property
-    def relative(self) -> float:
-        """What is lost, as a part of the optimum; 0 is optimal."""
-        return (self.optimum - self.value) / (abs(self.optimum) or 1.0)
-
-    def __str__(self) -> str:
-        return f"return {figure_text(self.value)}, optimum {figure_text(self.optimum)}, regret {self.relative:.2%}"
+    row: Row
+    regret: float | None = math.inf
+    satisfaction: float = 0.0
+    total_return: float = math.nan
 
 
-class ExactJudge:
-    """Exact regret of policies on one known product; what does not depend on the policy is computed once.
+class EvaluationCallback:
+    """Callback of `train` that judges each policy exactly; the clock of the training stands still meanwhile.
 
     Args:
-        mdp: the environment, see `ltlc.envs.labelled_mdp`.
-        tables: the rewards to judge by, such as `agent.tables`.
-        initial_label: as in the wrapper.
+        judge: of the task, where the observations are the states of its model.
+        until: says of an evaluation whether to stop; None: never.
+
+    Attributes:
+        evaluations: one for each row of metrics.
     """
 
-    def __init__(
-        self, mdp: LabelledMDP, tables: RewardTables, *, initial_label: Literal["read", "skip"] = "read"
-    ) -> None:
-        self.product = RewardProduct(mdp, tables, initial_label=initial_label)
-        self.optimum = from_start(self.product.initial, optimal_return(self.product).value)
+    def __init__(self, judge: Judge, until: Callable[[Evaluation], bool] | None = None) -> None:
+        self.judge, self.until = judge, until
+        self.evaluations: list[Evaluation] = []
 
-    def regret(self, policy: IntArray) -> Regret:
-        """Exact regret of a policy, shape (n_mdp_states, n_table_states)."""
-        return Regret(expected_return(self.product, self.product.lift(policy)), self.optimum)
+    def __call__(self, progress: Progress) -> bool:
+        """Evaluate what has been learned so far; whether to stop."""
+        self.evaluations.append(self.evaluate(progress))
+        return self.until is not None and self.until(self.evaluations[-1])
+
+    def evaluate(self, progress: Progress) -> Evaluation:
+        """Judge what has been learned so far."""
+        if progress.agent is None:
+            return Evaluation(progress.row)
+        policy, product = progress.agent.policy_table(), self.judge.rewards
+        total = expected_return(product, product.lift(policy), discount=1.0)
+        return Evaluation(progress.row, self.judge.regret(policy), self.judge.satisfaction(policy), total)
 
 
 @dataclass(frozen=True)
@@ -134,26 +142,8 @@ class Rollouts:
         return probability(good, len(self.episodes), confidence=self.confidence)
 
 
-class Actor(Protocol):
-    """What `rollout` asks of an agent."""
-
-    @property
-    def encoder(self) -> ObservationEncoder:
-        """Of the observations."""
-        ...
-
-    @property
-    def n_actions(self) -> int:
-        """Of the environment."""
-        ...
-
-    def packed_policy(self, packed: npt.NDArray[Any], states: IntArray) -> IntArray:
-        """Actions for packed observations and table states, shape (batch,)."""
-        ...
-
-
 def rollout(
-    agent: Actor,
+    agent: Agent,
     env: VectorEnv[Any, Any, Any],
     n_episodes: int = 100,
     *,

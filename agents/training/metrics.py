@@ -42,13 +42,14 @@ class Row:
         learning_rate: of a network.
         value: a tabular learner's own estimate of its objective.
         product_states: that it has built, or visited.
+        accepting_components: accepting maximal end components of the product that it has built.
         satisfaction: exact probability that its policy so far satisfies the formula.
         discounted_return: exact expected return of its policy so far.
         message: where it stands, in a few words; not in the file.
     """
 
     steps: int
-    seconds: float
+    seconds: float = 0.0
     updates: int | None = None
     episodes: int | None = None
     episode_return: float | None = None
@@ -60,6 +61,7 @@ class Row:
     learning_rate: float | None = None
     value: float | None = None
     product_states: int | None = None
+    accepting_components: int | None = None
     satisfaction: float | None = None
     discounted_return: float | None = None
     message: str = ""

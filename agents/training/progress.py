@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,3 +72,28 @@ class TrainingResult:
 
 Callback = Callable[[Progress], bool | None]
 """Called with each row of metrics; stops the training by returning True."""
+
+
+class Stopwatch:
+    """Seconds of training.
+
+    Args:
+        before: seconds of what was trained before.
+    """
+
+    def __init__(self, before: float = 0.0) -> None:
+        self._since = time.perf_counter() - before
+
+    @property
+    def seconds(self) -> float:
+        """Seconds so far, without those that were paused."""
+        return time.perf_counter() - self._since
+
+    @contextlib.contextmanager
+    def paused(self) -> Iterator[None]:
+        """Let the clock stand still meanwhile."""
+        before = time.perf_counter()
+        try:
+            yield
+        finally:
+            self._since += time.perf_counter() - before

@@ -4,7 +4,7 @@ config.json       the task, the environment, the hyperparameters, and the identi
 dra.json          the automaton
 metrics.csv       a row every now and then
 times.csv         seconds of training at these rows
-checkpoint.ltlc   to go on from (double DQN)
+checkpoint.ltlc   to go on from
 policy.ltlc       what has been learned
 result.json       the verdict
 policy.png        the policy on the map, one panel per automaton state (environments with a map)
@@ -14,13 +14,10 @@ dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import re
 from collections.abc import Collection, Mapping
 from contextlib import ExitStack, closing, suppress
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -31,21 +28,16 @@ from ltlc import formats
 from ltlc.atomic import atomic_write, atomic_write_all
 from ltlc.automata import RabinAutomaton
 from ltlc.envs import LTLVectorWrapper
-from ltlc.envs.spec import EnvSpec
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.faithful import Shortfall, shortfall
 from ltlc.mdp import Judge
-from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
-from ltlc.task import Task
-from ltlc.version import __version__
 
 from ..agent import Agent
-from ..config import AgentConfig
-from ..fitted_q.config import FittedQConfig
-from ..registry import AGENTS, DOUBLE_DQN, FITTED_Q, AgentEntry, hyperparameters
+from ..registry import AGENTS, AgentEntry
 from .folder_lock import locked_folder
 from .metrics import METRICS_FILE, TIMES_FILE, read_rows
 from .progress import Callback, TrainingResult
+from .run_config import RunConfig, identity
 from .storage import CHECKPOINT_FILE, POLICY_FILE, run_of
 
 CONFIG_FILE = "config.json"
@@ -59,85 +51,6 @@ _RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_P
 """what a run writes after its beginning, in the order of removal: what is left is a run at any moment."""
 _EVENTS = "events.out.tfevents.*"
 """files of TensorBoard."""
-_FORMAT = 4
-MOST_ENVS = 64
-"""environments stepped together where nobody says how many."""
-EPISODES_EACH = 4
-"""episodes that at least end in each of them, if there are enough steps for one."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunConfig:
-    """Everything that a training run depends on, but for the automaton."""
-
-    env_spec: EnvSpec
-    reward: str = RECOMMENDED
-    """name of the reward scheme."""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    """of the reward scheme, `shaping` included; the others have their defaults."""
-    on_deadlock: OnDeadlock | None = None
-    on_termination: OnTermination = "repeat"
-    num_envs: int = MOST_ENVS
-    """environments stepped together."""
-    agent: str = FITTED_Q
-    """name of what learns."""
-    hyperparameters: AgentConfig = field(default_factory=FittedQConfig)
-    """of the agent."""
-    agent_reason: str | None = None
-    """why this agent was chosen; None: somebody named it."""
-
-    def task(self, automaton: RabinAutomaton) -> Task:
-        """The task of an automaton with these rewards.
-
-        Raises:
-            UnknownNameError: there is no such scheme or parameter.
-            InvalidArgumentError: a parameter is out of range, or does not fit the automaton.
-        """
-        scheme = get_scheme(self.reward, **self.parameters)
-        return Task(automaton, scheme, on_deadlock=self.on_deadlock, on_termination=self.on_termination)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields as JSON values."""
-        return {
-            "format": _FORMAT,
-            "ltlc": __version__,
-            "env_spec": self.env_spec.to_dict(),
-            "reward": self.reward,
-            "parameters": dict(self.parameters),
-            "on_deadlock": self.on_deadlock,
-            "on_termination": self.on_termination,
-            "num_envs": self.num_envs,
-            "agent": self.agent,
-            "agent_reason": self.agent_reason,
-            "hyperparameters": self.hyperparameters.to_dict(),
-        }
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> RunConfig:
-        """The inverse of `to_dict`.
-
-        Raises:
-            FileFormatError: it is of a later version.
-            LtlcError, KeyError, TypeError: it is something else.
-        """
-        if values["format"] != _FORMAT:
-            raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        fields = _of_kinds(values, {"reward": str, "parameters": dict, "on_deadlock": str | None,
-                                    "on_termination": str, "num_envs": int, "agent": str, "env_spec": dict,
-                                    "hyperparameters": dict, "agent_reason": str | None})  # fmt: skip
-        config = hyperparameters(fields["agent"], fields["hyperparameters"])
-        kinds: dict[str, Any] = {"env": str, "arguments": dict, "labels": str | None, "max_episode_steps": int | None,
-                                 "initial_label": str, "discretise": int | None}  # fmt: skip
-        _of_kinds({"discretise": None} | fields["env_spec"], kinds)
-        return cls(**fields | {"env_spec": EnvSpec(**fields["env_spec"]), "hyperparameters": config})
-
-
-def _of_kinds(values: Mapping[str, Any], kinds: Mapping[str, Any]) -> dict[str, Any]:
-    """The values with these names, each of which must be of its kind."""
-    for key, kind in kinds.items():
-        if not isinstance(values[key], kind) or (isinstance(values[key], bool) and kind is not bool):
-            raise FileFormatError(f"{key} is {values[key]!r}")
-    return {key: values[key] for key in kinds}
 
 
 class RunFolder:
@@ -148,7 +61,7 @@ class RunFolder:
         self.config = config
         self.automaton = automaton
         self.task = config.task(automaton)
-        self.id = _digest(config.to_dict(), automaton)
+        self.id = identity(config.to_dict(), automaton)
         self._lock: ExitStack | None = None
 
     @classmethod
@@ -219,7 +132,7 @@ class RunFolder:
             run = cls(folder, config, automaton)
         except InvalidArgumentError as error:
             raise FileFormatError(f"{file} is not the configuration of a run: {error}") from error
-        run.id = _digest(values, automaton)
+        run.id = identity(values, automaton)
         run._check_parts(values)
         return run
 
@@ -276,9 +189,8 @@ class RunFolder:
 
     def differs(self, config: RunConfig, automaton: RabinAutomaton) -> list[str]:
         """What another configuration or automaton has different; device and threads do not count."""
-        before, now = _identity(self.config.to_dict()), _identity(config.to_dict())
         same = formats.to_json(self.automaton) == formats.to_json(automaton)
-        return [*([] if same else ["formula"]), *(key for key in now if now[key] != before[key])]
+        return [*([] if same else ["formula"]), *self.config.differences(config)]
 
     def move_to(self, device: str) -> None:
         """Train on another device from now on.
@@ -286,7 +198,7 @@ class RunFolder:
         Raises:
             InvalidArgumentError: the agent has no device.
         """
-        self.config = replace(self.config, hyperparameters=on_device(self.config.hyperparameters, device))
+        self.config = self.config.on_device(device)
 
     @cached_property
     def judge(self) -> Judge | None:
@@ -342,17 +254,10 @@ class RunFolder:
         Others are kept from training in the folder meanwhile, unless `create` or `open` has seen to it.
 
         Args:
-            resume: whether to go on from a checkpoint. Agents that keep none begin anew.
+            resume: whether to go on from the checkpoint.
             callback: called with each row of metrics; stops the training by returning True.
         """
-        config, again = self.config, self.entry.keeps_checkpoints
-        if resume and not again and (self.path / POLICY_FILE).exists():
-            rows = self.metrics()
-            if not rows:
-                raise FileFormatError(f"{self.path / METRICS_FILE} has no rows; begin anew")
-            steps = int(rows[-1]["steps"] or 0)
-            total = config.hyperparameters.total_steps
-            return TrainingResult(self.load(), steps, total, rows[-1]["seconds"] or 0.0, folder=self.path)
+        config = self.config
         with ExitStack() as stack:
             if self._lock is None:
                 stack.enter_context(locked_folder(self.path))
@@ -363,7 +268,7 @@ class RunFolder:
                 folder=self.path,
                 run_id=self.id,
                 resume=resume and (self.path / CHECKPOINT_FILE).exists(),  # else killed before the first checkpoint
-                judge=None if again else self.judge,
+                judge=self.judge,
                 callback=callback,
             )
             return result
@@ -384,11 +289,8 @@ class RunFolder:
         names = ("letter_class", "next_state", "commit", "initial_state")
         if theirs.aps != ours.aps or not all(np.array_equal(getattr(theirs, n), getattr(ours, n)) for n in names):
             raise FileFormatError(f"{self.path / POLICY_FILE} is of another task than {self.path / AUTOMATON_FILE}")
-        env = self.config.env_spec.vector(self.task, 1)
-        try:
+        with closing(self.config.env_spec.vector(self.task, 1)) as env:
             self._check_fits(env, agent)
-        finally:
-            env.close()
         return agent
 
     def _check_fits(self, env: LTLVectorWrapper, agent: Agent) -> None:
@@ -421,25 +323,8 @@ class RunFolder:
             return None
 
 
-_NOT_LEARNED = ("ltlc", "run", "agent_reason")
-
-
 def _json(values: Mapping[str, Any]) -> str:
     return json.dumps(values, ensure_ascii=False, indent=2) + "\n"
-
-
-def _identity(config: Mapping[str, Any]) -> dict[str, Any]:
-    """What a configuration says about what is learned: all but the version, the reason, device, threads, identity."""
-    values: dict[str, Any] = json.loads(json.dumps({key: config[key] for key in config if key not in _NOT_LEARNED}))
-    for name in ("device", "threads"):
-        values["hyperparameters"].pop(name, None)
-    return values
-
-
-def _digest(config: Mapping[str, Any], automaton: RabinAutomaton) -> str:
-    """The identity of a run, which all its files carry."""
-    text = json.dumps(_identity(config), sort_keys=True) + formats.to_json(automaton)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
 
 def _run_of_result(path: Path) -> Any:
@@ -452,34 +337,3 @@ def _run_of_result(path: Path) -> Any:
         return json.loads(path.read_text(encoding="utf-8")).get("run")
     except (ValueError, AttributeError) as error:
         raise FileFormatError(f"{path} is not the verdict of a run: {error}") from error
-
-
-def num_envs_for(total_steps: int, episode_steps: int) -> int:
-    """How many environments to step together, so that several episodes end in each.
-
-    Args:
-        total_steps: environment steps of the training.
-        episode_steps: where episodes are cut.
-    """
-    return max(1, min(MOST_ENVS, total_steps // (EPISODES_EACH * episode_steps)))
-
-
-def default_folder(name: str, env: str, seed: int, agent: str = FITTED_Q) -> Path:
-    """`runs/<task>-<environment>-<agent>-<seed>`, in characters that every file system takes.
-
-    Without the agent, if it is one that is chosen where nobody names one.
-    """
-    parts = (name, env.rpartition("/")[2], "" if agent in (FITTED_Q, DOUBLE_DQN) else agent)
-    task, env_spec, who = (re.sub(r"[^a-z0-9]+", "-", part.lower()).strip("-") for part in parts)
-    return Path("runs") / "-".join(filter(None, (task[:40].strip("-"), env_spec, who, str(seed))))
-
-
-def on_device(config: AgentConfig, device: str) -> AgentConfig:
-    """The same hyperparameters for another device.
-
-    Raises:
-        InvalidArgumentError: the agent has no device.
-    """
-    if not hasattr(config, "device"):
-        raise InvalidArgumentError(f"tables stay in main memory; a device ({device}) is for the agent {DOUBLE_DQN!r}")
-    return replace(config, device=device)  # type: ignore[call-arg]

@@ -41,7 +41,7 @@ def settings(name: str) -> Any:
     """The defaults of an agent, but for a few steps and a small network."""
     defaults = AGENTS[name].defaults
     small = {"total_steps": 2_000, "log_every": 500, "checkpoint_every": 500, "hidden": [8], "batch_size": 32,
-             "learning_starts": 64, "accuracy": 0.3, "averaging_steps": 500}  # fmt: skip
+             "learning_starts": 64, "accuracy": 0.02, "averaging_steps": 500}  # fmt: skip
     return type(defaults).from_dict(
         defaults.to_dict() | {key: value for key, value in small.items() if key in defaults.to_dict()}
     )
@@ -69,19 +69,28 @@ class Killed(BaseException):
     """Stands for a kill."""
 
 
-@pytest.mark.parametrize("name", [name for name in AGENTS if AGENTS[name].keeps_checkpoints])
+@pytest.mark.parametrize("name", AGENTS)
 def test_goes_on_where_it_was(name: str, tmp_path: Path) -> None:
-    def kill(progress: Progress) -> None:
-        if progress.row.steps >= 1_000:
-            raise Killed
-
+    """Killed half through, and again at the last row: policy, checkpoint and metrics are those of a whole run."""
     task, config = a_task(), settings(name)
-    train(an_env(task), config, agent=name, folder=tmp_path / "whole")
-    with pytest.raises(Killed):
-        train(an_env(task), config, agent=name, folder=tmp_path / "parts", callback=kill)
-    train(an_env(task), folder=tmp_path / "parts", resume=True)
-    for file in ("policy.ltlc", "checkpoint.ltlc", "metrics.csv"):
-        assert (tmp_path / "whole" / file).read_bytes() == (tmp_path / "parts" / file).read_bytes()
+    seen: list[Progress] = []
+    train(an_env(task), config, agent=name, folder=tmp_path / "whole", callback=seen.append)
+    resume = False
+    for row in (seen[len(seen) // 2].row, seen[-1].row):
+
+        def kill(progress: Progress, last: int = row.steps, message: str = row.message) -> None:
+            if progress.row.steps >= last and progress.row.message == message:
+                raise Killed
+
+        with pytest.raises(Killed):
+            given = {} if resume else {"config": config, "agent": name}
+            train(an_env(task), **given, folder=tmp_path / "parts", resume=resume, callback=kill)
+        resume = True
+    for _ in range(2):  # the second time, nothing is left to do
+        result = train(an_env(task), folder=tmp_path / "parts", resume=True)
+        assert result.steps == seen[-1].row.steps and not result.interrupted
+        for file in ("policy.ltlc", "checkpoint.ltlc", "metrics.csv"):
+            assert (tmp_path / "whole" / file).read_bytes() == (tmp_path / "parts" / file).read_bytes()
 
 
 def test_an_agent_of_a_users_module(

@@ -3,8 +3,8 @@
 import pytest
 
 from ltlc.agents import DQNConfig, FittedQConfig
-from ltlc.agents.tabular import QLearningConfig
-from ltlc.agents.training.run_folder import num_envs_for
+from ltlc.agents.tabular.config import QLearningConfig
+from ltlc.agents.training.run_config import num_envs_for
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 
 

@@ -17,7 +17,8 @@ from ltlc.agents import FittedQConfig
 from ltlc.agents.training import folder_lock
 from ltlc.agents.training.folder_lock import LOCK_FILE, locked_folder
 from ltlc.agents.training.loop import train
-from ltlc.agents.training.run_folder import RunConfig, RunFolder
+from ltlc.agents.training.run_config import RunConfig
+from ltlc.agents.training.run_folder import RunFolder
 from ltlc.cli.app import run
 from ltlc.compiler import compile
 from ltlc.envs.spec import EnvSpec

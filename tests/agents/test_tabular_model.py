@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from random_automata import random_automata
 
-from ltlc.agents.tabular import FuTopcuConfig
+from ltlc.agents.tabular.config import FuTopcuConfig, WangConfig
 from ltlc.agents.tabular.experience import Experience
-from ltlc.agents.tabular.explore import Explorer
 from ltlc.agents.tabular.model import EmpiricalModel
 from ltlc.agents.tabular.planning import accepting_components, as_table, cut, reach_and_stay
+from ltlc.agents.tabular.wang import Wang
 from ltlc.agents.thesis.runtime import RuntimeRow, runtime_comparison
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, grid_map, labelled_mdp, thesis_world
 from ltlc.errors import UnknownNameError
@@ -56,11 +56,11 @@ def test_knowledge_grows_and_is_usually_right() -> None:
     wrong, estimates = 0, 0
     true = [matrix.toarray() for matrix in labelled_mdp(GridWorld(MAP)).transitions]
     for seed in range(5):
-        explorer = Explorer(experience(seed=seed), accuracy, delta, 0.0, np.random.default_rng(seed))
+        explorer = Wang(experience(seed=seed), WangConfig(accuracy=accuracy, delta=delta, refresh_every=1))
+        explorer.generator = np.random.default_rng(seed)
         before = 0
         while not explorer.finished:
             explorer.step()
-            explorer.refresh()
             assert explorer.known.sum() >= before
             before = int(explorer.known.sum())
         assert explorer.known.tolist() == [True] * 5 + [False]

@@ -16,18 +16,12 @@ import numpy as np
 import pytest
 
 from ltlc.agents import DoubleDQN
-from ltlc.agents.tabular import LEARNERS
-from ltlc.agents.thesis import runtime
-from ltlc.agents.training.run_folder import RunConfig, RunFolder, default_folder
-from ltlc.cli import reproduce
+from ltlc.agents.training.run_config import RunConfig, default_folder
+from ltlc.agents.training.run_folder import RunFolder
 from ltlc.cli.app import run
 from ltlc.compiler import compile
-from ltlc.envs import recorded_automaton
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import UnknownNameError
-from ltlc.mdp import Judge
-from ltlc.pictures.policy import waits_for
-from ltlc.rewards import get_scheme
 from ltlc.task import Task
 
 ROOT = Path(__file__).parents[2]
@@ -65,28 +59,6 @@ SENSORS = """
 LAKE = ("F goal & G !hole", "--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--reward", "zeta-discount")
 POLE = ("G !fallen", "--env", "CartPole-v1", "--labels", "sensors.py:standing", "--num-envs", "2")
 GRID = ("F goal", "--env", "ltlc/Grid-v0")
-SMALL_WORLD = ("--env", "ltlc/Thesis5x5-v0")
-HIDDEN = """
-    import gymnasium
-
-    class Hidden(gymnasium.Env):
-        observation_space = gymnasium.spaces.Discrete(3)
-        action_space = gymnasium.spaces.Discrete(2)
-
-        def reset(self, *, seed=None, options=None):
-            super().reset(seed=seed)
-            self.place = 0
-            return 0, {}
-
-        def step(self, action):
-            self.place = min(self.place + 1, 2) if action == (self.np_random.random() < 0.9) else 0
-            return self.place, 0.0, False, False, {}
-
-    def labels(observation, info):
-        return {"up"} if observation == 2 else set()
-
-    gymnasium.register("Hidden-v0", entry_point=Hidden)
-"""
 
 
 @pytest.fixture(autouse=True)
@@ -184,83 +156,6 @@ class TestTrain:
         assert run(["train", "--resume", "--out", "cut", "--quiet"]) == 0
         assert run(["train", *GRID, *options, "--out", "whole", "--quiet"]) == 0
         assert np.array_equal(q_values("cut"), q_values("whole"))
-
-
-class TestTabular:
-    @pytest.mark.parametrize("agent", LEARNERS)
-    def test_a_run_and_its_folder(self, agent: str, capsys: pytest.CaptureFixture[str]) -> None:
-        coarse = ["--hyper", "accuracy=0.2"] if agent in ("fu-topcu", "wang") else []
-        assert run(["train", "F(A & F B)", *SMALL_WORLD, "--agent", agent, "--steps", "40000", *coarse]) == 0
-        out = capsys.readouterr().out
-        assert " steps  P(satisfied) " in out and "optimal for the rewards" in out
-        place = Path(f"runs/f-a-f-b-thesis5x5-v0-{agent}-0")
-        files = {path.name for path in place.iterdir()} - {"dra.svg"}
-        assert files == {
-            "config.json", "dra.json", "metrics.csv", "times.csv", "policy.ltlc", "result.json", "policy.png",
-            "curve.png",
-        }  # fmt: skip
-        result = json.loads((place / "result.json").read_text())
-        assert result["exact"] and result["learned"]["satisfaction"] == pytest.approx(1)
-        assert 0 <= result["regret"] < 0.2
-        assert run(["evaluate", str(place), "--json"]) == 0
-        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
-        before = (place / "policy.ltlc").read_bytes()
-        assert run(["train", "--resume", "--out", str(place), "--json"]) == 0  # nothing is left to do
-        assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
-        assert (place / "policy.ltlc").read_bytes() == before
-
-    def test_interruption_leaves_nothing_half_written(self) -> None:
-        options = ("--agent", "q-learning", "--hyper", "log_every=2000", "--num-envs", "2", "--out", "cut")
-        running = process("train", "F A", *SMALL_WORLD, *options, "--steps", "3000000")
-        assert running.stdout is not None
-        for line in running.stdout:
-            if " steps  P(satisfied)" in line:
-                running.send_signal(signal.SIGINT)
-                break
-        _, error = running.communicate(timeout=60)
-        assert running.returncode == 130
-        assert "q-learning keeps no checkpoint. Begin anew with: ltlc train --resume --out cut" in error
-        assert "Traceback" not in error
-        assert {path.name for path in Path("cut").iterdir()} == {"config.json", "dra.json", "metrics.csv", "times.csv"}
-        assert RunFolder.open("cut").metrics()[0]["steps"] >= 2000
-        assert run(["evaluate", "cut"]) == 2
-
-    def test_damaged_folders_are_named(self, capsys: pytest.CaptureFixture[str]) -> None:
-        train = ["train", "F A", *SMALL_WORLD, "--agent", "q-learning", "--steps", "2000", "--out", "done", "--quiet"]
-        assert run(train) == 0
-        Path("done/metrics.csv").write_text("")
-        assert run(["train", "--resume", "--out", "done"]) != 0
-        assert "metrics.csv has no rows; begin anew" in capsys.readouterr().err
-        config = json.loads(Path("done/config.json").read_text())
-        for key, wrong in (("num_envs", "a"), ("parameters", []), ("reward", 3)):
-            Path("done/config.json").write_text(json.dumps(config | {key: wrong}))
-            assert run(["evaluate", "done"]) == 2
-            assert f"{key} is {wrong!r}" in capsys.readouterr().err
-
-    def test_no_policy(self, capsys: pytest.CaptureFixture[str]) -> None:
-        options = ["--agent", "wang", "--hyper", "accuracy=0.2", "--out", "none"]
-        assert run(["train", "G !A & F A", *SMALL_WORLD, *options]) == 1
-        assert "the learned product has no accepting end component" in capsys.readouterr().err
-        assert json.loads(Path("none/result.json").read_text())["learned"] is None
-        assert run(["train", "G !A & F A", *SMALL_WORLD, *options, "--force", "--json"]) == 1
-        assert json.loads(capsys.readouterr().out)["learned"] is None
-        assert run(["evaluate", "none"]) == 2
-        assert "holds no policy" in capsys.readouterr().err
-
-    def test_unknown_dynamics_are_sampled(self, capsys: pytest.CaptureFixture[str]) -> None:
-        hidden = ["--env", "hidden:Hidden-v0", "--labels", "hidden:labels", "--hyper", "accuracy=0.1"]
-        Path("hidden.py").write_text(textwrap.dedent(HIDDEN))
-        options = ["--agent", "wang", "--num-envs", "4", "--out", "coins", "--episode-steps", "40", "--json"]
-        assert run(["train", "F up", *hidden, *options]) == 0
-        result = json.loads(capsys.readouterr().out)
-        assert not result["exact"] and result["learned"]["accepted_without_violation"]["value"] == 1
-        assert not Path("coins/curve.png").exists()
-
-    def test_the_label_of_the_first_observation_can_be_skipped(self, capsys: pytest.CaptureFixture[str]) -> None:
-        start = ["--env", "ltlc/Grid-v0", "--hyper", "accuracy=0.2", "--json", "--agent", "fu-topcu"]
-        for reading, formula in (("read", "!goal & F goal"), ("skip", "X F goal")):
-            assert run(["train", formula, *start, "--initial-label", reading, "--out", reading]) == 0
-            assert json.loads(capsys.readouterr().out)["learned"]["satisfaction"] == pytest.approx(1)
 
 
 @pytest.mark.parametrize(
@@ -491,68 +386,6 @@ class TestPrism:
         assert run(["evaluate", "pole", "--prism", "files"]) == 2
         assert "no Markov chain to write" in capsys.readouterr().err
         assert not Path("files").exists()
-
-
-class TestReproduce:
-    def test_case_1(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(reproduce, "QUICK", 500)
-        assert run(["reproduce", "case1", "--static", "--quick"]) == 0
-        out = capsys.readouterr().out
-        assert "thesis" in out and "3 h" in out and "-792.4" in out and "-563.9" in out
-        assert "Not learned in these steps: " in out and "% of the optimal discounted return is lost" in out
-        assert {path.name for path in Path("reproduce/case1").iterdir()} == {
-            "static-0",
-            "figure-5.2.png",
-            "learning.png",
-        }
-
-    def test_run_time_comparison(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(runtime, "CASES", [("10x10", "phi_3"), ("5x5", "phi_4")])
-        monkeypatch.setattr(runtime, "SYSTEMS", ("sadigh", "fu-topcu"))
-        assert run(["reproduce", "runtime", "--quick", "--out", "here"]) == 0
-        out = capsys.readouterr().out
-        assert "(table 5.1)" in out and ">25 h" in out and "(table 5.2)" in out and "375" in out
-        assert Path("here/runtime.png").read_bytes().startswith(b"\x89PNG")
-        monkeypatch.setattr(runtime, "SECONDS", 0.0)
-        assert run(["reproduce", "runtime", "--seeds", "2", "--json", "--out", "here"]) == 0
-        rows = json.loads(capsys.readouterr().out)
-        assert [row["thesis_product_states"] for row in rows] == [400, 400, 375, 375]
-        assert all(row["runs"] == 2 and row["reached"] < 2 for row in rows[:2])
-
-    def test_case_2(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(reproduce, "QUICK", 3000)
-        assert run(["reproduce", "case2", "--dynamic", "--quick", "--out", "there", "--json"]) == 0
-        (entry,) = json.loads(capsys.readouterr().out)
-        assert entry["thesis_hours"] == 17.0
-        assert entry["optimal"]["total_return"] == pytest.approx(-979.2, abs=0.05)
-        assert Path("there/figure-5.4.png").exists()
-
-    def test_wrong_options(self, capsys: pytest.CaptureFixture[str]) -> None:
-        assert run(["reproduce", "runtime", "--static"]) == 2
-        assert run(["reproduce", "case1", "--seeds", "0"]) == 2
-
-
-def test_what_the_states_of_the_thesis_wait_for() -> None:
-    env_spec = EnvSpec(env="ltlc/Thesis10x10-v0", initial_label="skip")
-    task = Task(recorded_automaton("phi_1"), reward="thesis")
-    assert env_spec.model is not None
-    judge = Judge(env_spec.model, task, initial_label="skip")
-    waits = waits_for(task.automaton, judge.letter_classes)
-    assert waits[:5] == ["violated", *(f"waits for {name} & !C" for name in "ABTT")]
-    assert waits_for(recorded_automaton("phi_3"), np.arange(2))[3] == "cannot accept here"
-
-
-@pytest.mark.parametrize("name", ["frontier", "two-discount", "zeta-reach"])
-def test_the_judge_and_schemes_whose_states_refine_the_automaton(name: str) -> None:
-    env_spec = EnvSpec(env="ltlc/Thesis5x5-v0", arguments={"slip": 0.1})
-    assert env_spec.model is not None
-    task = Task("GF A & G !C", get_scheme(name))
-    judge = Judge(env_spec.model, task)
-    assert judge.maximum.probability == pytest.approx(0.0)
-    task = Task("GF A & GF B", get_scheme(name))
-    judge = Judge(env_spec.model, task)
-    assert judge.maximum.probability == 1
-    assert judge.optimum is not None and judge.optimum.satisfaction == 1
 
 
 def test_labels_of_the_user_on_a_grid_world() -> None:

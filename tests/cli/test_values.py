@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from ltlc.agents import DQNConfig
-from ltlc.agents.tabular import LEARNERS
+from ltlc.agents import AGENTS, DQNConfig
 from ltlc.cli.values import assignments, kinds_of
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.rewards import SCHEMES
@@ -80,9 +79,7 @@ def test_without_a_kind_it_is_what_it_looks_like(text: str, value: Any) -> None:
     assert assignments([f"x={text}"], "--env-set") == {"x": value}
 
 
-@pytest.mark.parametrize(
-    "fields", [*SCHEMES.values(), DQNConfig, *(type(learner.config) for learner in LEARNERS.values())]
-)
+@pytest.mark.parametrize("fields", [*SCHEMES.values(), *dict.fromkeys(type(AGENTS[name].defaults) for name in AGENTS)])
 def test_the_default_of_every_key_can_be_typed(fields: type[Any]) -> None:
     kinds, made = kinds_of(fields), fields()
     for key in kinds:

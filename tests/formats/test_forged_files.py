@@ -16,7 +16,8 @@ from mutants import Maker, Reader, forged, kinds, survives
 
 from ltlc import LTLVectorWrapper, Task, compile
 from ltlc.agents import DoubleDQN, DQNConfig, FittedQ, FittedQConfig, train
-from ltlc.agents.training.run_folder import RunConfig, RunFolder
+from ltlc.agents.training.run_config import RunConfig
+from ltlc.agents.training.run_folder import RunFolder
 from ltlc.agents.training.storage import read_file, write_file
 from ltlc.envs import VectorGridWorld
 from ltlc.envs.spec import EnvSpec

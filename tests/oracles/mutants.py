@@ -19,7 +19,8 @@ from random_automata import random_automata
 from ltlc import LTLVectorWrapper, Task, compile
 from ltlc.agents import DoubleDQN, DQNConfig, FittedQ, FittedQConfig, train
 from ltlc.agents.tabular.policy import TablePolicy
-from ltlc.agents.training.run_folder import RunConfig, RunFolder
+from ltlc.agents.training.run_config import RunConfig
+from ltlc.agents.training.run_folder import RunFolder
 from ltlc.agents.training.storage import write_file
 from ltlc.envs import VectorGridWorld
 from ltlc.envs.spec import EnvSpec

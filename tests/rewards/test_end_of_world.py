@@ -16,8 +16,8 @@ from random_worlds import random_task, random_world
 from scipy import sparse
 
 import ltlc
-from ltlc.agents import FittedQConfig, greedy_policy, train
-from ltlc.agents.tabular import LEARNERS, FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
+from ltlc.agents import FittedQConfig, Progress, greedy_policy, train
+from ltlc.agents.tabular.config import FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp
 from ltlc.faithful import Candidate, faithfulness
 from ltlc.mdp import (
@@ -333,25 +333,23 @@ def test_q_learning_learns_it(double: bool, on_termination: Any, probability: fl
     scheme = get_scheme("two-discount", gamma_accept=0.9, gamma=0.9999)
     task = Task(GOAL_OR_DOCK[0], scheme, on_termination=on_termination)
     config = QLearningConfig(total_steps=30_000, averaging_steps=1_000, double=double)
-    learned = LEARNERS["q-learning"].train(gambles(task), config)
+    seen: list[Progress] = []
+    agent = train(gambles(task), config, callback=seen.append).agent
     judge = Judge(goal_or_dock(1), task)
-    assert judge.satisfaction(learned.policy) == pytest.approx(probability)
+    assert judge.satisfaction(agent.policy_table()) == pytest.approx(probability)
     if on_termination == "repeat":
-        assert learned.value == pytest.approx(0.9, abs=0.05)
+        assert seen[-1].row.value == pytest.approx(0.9, abs=0.05)
 
 
-@pytest.mark.parametrize(("name", "config"), [
-    ("fu-topcu", FuTopcuConfig(total_steps=40_000, accuracy=0.05)),
-    ("wang", WangConfig(total_steps=40_000, accuracy=0.05)),
-    ("sadigh", SadighConfig(total_steps=20_000)),
+@pytest.mark.parametrize("config", [
+    FuTopcuConfig(total_steps=40_000, accuracy=0.05), WangConfig(total_steps=40_000, accuracy=0.05),
+    SadighConfig(total_steps=20_000),
 ])  # fmt: skip
-def test_learners_of_a_model_learn_it(name: str, config: Any) -> None:
+def test_learners_of_a_model_learn_it(config: Any) -> None:
     task = Task("G F goal | G F dock")
     judge = Judge(goal_or_dock(1), task)
-    policy = LEARNERS[name].train(gambles(task), config).policy
-    assert policy is not None
-    table = policy[:, task.tables.automaton_state]
-    assert judge.satisfaction(table) == pytest.approx(0.9, abs=0.01)
+    agent = train(gambles(task), config).agent
+    assert judge.satisfaction(agent.policy_table()) == pytest.approx(0.9, abs=0.01)
 
 
 def test_a_pair_can_still_be_chosen_at_the_end() -> None:
