@@ -104,7 +104,7 @@ def test_planning_on_the_true_model_attains_the_largest_probability() -> None:
         if not components.n_components:
             assert best == 0
             continue
-        plan = reach_and_stay(product, components, everything, 0.99)
+        plan = reach_and_stay(components, everything, 0.99)
         assert plan.probability == pytest.approx(best, abs=1e-6)
         policy = product.lift(as_table(product, plan.policy))
         assert satisfaction_probability(product, policy).probability == pytest.approx(best, abs=1e-6)
@@ -119,7 +119,7 @@ def test_unknown_states_count_as_lost() -> None:
     known = np.array([True, False, True])
     components = accepting_components(product, known, 0.99)
     assert components.n_components == 1
-    assert reach_and_stay(product, components, known, 0.99).probability == 0
+    assert reach_and_stay(components, known, 0.99).probability == 0
     components = accepting_components(product, np.array([True, True, False]), 0.99)
     assert components.n_components == 0
 
