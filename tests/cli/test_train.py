@@ -216,7 +216,7 @@ class TestTrain:
         ([*LAKE, "--env-set", "is_slippery=maybe"], "is_slippery is 'maybe'; it must be on or off"),
         ([*LAKE, "--set", "zeta=high"], "zeta is 'high'; it must be a number"),
         (["F goal", *LAKE[1:5], "--reward", "thesis", "--set", "terminate_on_accept=maybe"], "it must be on or off"),
-        (["G !fallen", "--env", "Pendulum-v1", "--labels", "sensors.py:standing"], "the agent needs discrete actions"),
+        (["G !fallen", "--env", "Pendulum-v1", "--labels", "sensors.py:standing"], "are continuous; the agents choose"),
         (["F goal"], "give a FORMULA and an environment"),
         (["--resume", "--out", "nowhere"], "nowhere is no run folder"),
         (["F goal &", *LAKE[1:]], "line 1, column 8"),
