@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ltlc.envs import DrawnEnv
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
 from ltlc.mdp import Judge, expected_return_within
@@ -17,7 +18,10 @@ from ltlc.prism import Exported, export_checkable, induced_process, with_sure_la
 
 from ..agent import Agent
 from .report import Report, report, tabular_policy
-from .run_folder import CURVE_PICTURE, POLICY_PICTURE, RunFolder
+from .run_folder import CURVE_PICTURE, POLICY_PICTURE, TRAJECTORIES_PICTURE, RunFolder
+from .trajectories import draw_episodes
+
+DRAWN_EPISODES = 6
 
 
 def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 0) -> Report:
@@ -60,8 +64,8 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
 
 
 def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:
-    """Draw what can be drawn: the curve, the policy where there is a map, the automaton where a program can draw it."""
-    drawn = [run.draw_automaton(), draw_curve(run, judge), _draw_policy(run, agent, judge)]
+    """Draw the curve, the policy where there is a map, episodes in the plane, the automaton where a program can."""
+    drawn = [run.draw_automaton(), draw_curve(run, judge), _draw_policy(run, agent, judge), _draw_episodes(run, agent)]
     return [path for path in drawn if path is not None]
 
 
@@ -117,3 +121,21 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
         reached=judge.reached,
         classes=judge.letter_classes,
     )
+
+
+def _draw_episodes(run: RunFolder, agent: Agent) -> Path | None:
+    place = run.config.setting
+    if not isinstance(place.single.unwrapped, DrawnEnv):
+        return None
+    env = place.vector(run.task, DRAWN_EPISODES)
+    try:
+        return draw_episodes(
+            agent,
+            env,
+            run.path / TRAJECTORIES_PICTURE,
+            max_steps=place.episode_steps,
+            title=run.task.formula or "trajectories",
+            subtitle=f"learned by {run.config.agent} in {place.env}",
+        )
+    finally:
+        env.close()

@@ -9,6 +9,7 @@ policy.ltlc       what has been learned
 result.json       the verdict
 policy.png        the policy on the map, one panel per automaton state (environments with a map)
 curve.png         return over the steps
+trajectories.png  episodes of the greedy policy (environments that can be drawn)
 dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
 """
 
@@ -46,8 +47,9 @@ AUTOMATON_PICTURE = "dra.svg"
 RESULT_FILE = "result.json"
 POLICY_PICTURE = "policy.png"
 CURVE_PICTURE = "curve.png"
-_RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, AUTOMATON_PICTURE, METRICS_FILE, TIMES_FILE,
-            CHECKPOINT_FILE)  # fmt: skip
+TRAJECTORIES_PICTURE = "trajectories.png"
+_RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, TRAJECTORIES_PICTURE, AUTOMATON_PICTURE,
+            METRICS_FILE, TIMES_FILE, CHECKPOINT_FILE)  # fmt: skip
 """what a run writes after its beginning, in the order of removal: what is left is a run at any moment."""
 _EVENTS = "events.out.tfevents.*"
 """files of TensorBoard."""
