@@ -124,18 +124,18 @@ def _draw_policy(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | No
 
 
 def _draw_episodes(run: RunFolder, agent: Agent) -> Path | None:
-    place = run.config.setting
-    if not isinstance(place.single.unwrapped, DrawnEnv):
+    spec = run.config.env_spec
+    if not isinstance(spec.single.unwrapped, DrawnEnv):
         return None
-    env = place.vector(run.task, DRAWN_EPISODES)
+    env = spec.vector(run.task, DRAWN_EPISODES)
     try:
         return draw_episodes(
             agent,
             env,
             run.path / TRAJECTORIES_PICTURE,
-            max_steps=place.episode_steps,
+            max_steps=spec.episode_steps,
             title=run.task.formula or "trajectories",
-            subtitle=f"learned by {run.config.agent} in {place.env}",
+            subtitle=f"learned by {run.config.agent} in {spec.env}",
         )
     finally:
         env.close()
