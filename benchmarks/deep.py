@@ -6,9 +6,11 @@
 
 Ours is `ltlc train` with its defaults. DQN and PPO learn in the same wrapped environment, flat and with the automaton
 state as one-hot numbers, in two settings each, of which the better one counts: +1 for each acceptance with a discount
-of .98, and the same shaped by the distance to acceptance with .99. A task is judged by episodes of the last policy:
-done once and for all (an accepting sink was reached), or, where it recurs, accepted at least once without a violation and
-without leaving the world. Intervals are Wilson's, at 95 %. `deep_tasks.toml` holds worlds and tasks.
+of .98, and the same shaped by the distance to acceptance with .99.
+
+A task is judged by episodes of the last policy: done once and for all (an accepting sink was reached), or, where it
+recurs, accepted at least once without a violation and without leaving the world. Intervals are Wilson's, at 95 %.
+`deep_tasks.toml` holds worlds and tasks.
 """
 
 from __future__ import annotations
