@@ -13,12 +13,12 @@ from ltlc.envs import DrawnEnv, LTLVectorWrapper
 from ltlc.pictures.trajectories import Trajectory, draw_trajectories
 from ltlc.scene import Scene
 
+from ..agent import Agent
 from .collect import Collector, Episode, Interface
-from .evaluate import Actor
 
 
 def draw_episodes(
-    agent: Actor,
+    agent: Agent,
     env: LTLVectorWrapper,
     path: str | os.PathLike[str],
     *,

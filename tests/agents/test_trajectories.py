@@ -37,7 +37,8 @@ def test_episodes_are_drawn_until_they_end(tmp_path: Path, monkeypatch: pytest.M
     for envs in (VectorFlatWorld(3, max_episode_steps=500), gym.make_vec("ltlc/FlatWorld-v0", 3, "sync")):
         seen.clear()
         env = LTLVectorWrapper(envs, "G !outside")
-        assert draw_episodes(East(env), env, tmp_path / "east.png", max_steps=60, title="") == tmp_path / "east.png"
+        east: Any = East(env)
+        assert draw_episodes(east, env, tmp_path / "east.png", max_steps=60, title="") == tmp_path / "east.png"
         assert len(seen) == 3
         for one in seen:
             assert len(one.places) == len(one.states)
