@@ -3,6 +3,7 @@
 Examples: docs/examples.md.
 """
 
+from ltlc.rewards.bounds import ValueBounds, value_bounds
 from ltlc.rewards.buchi_scheme import BuchiScheme, discounted_acceptances
 from ltlc.rewards.registry import RECOMMENDED, SCHEMES, arguments_of, get_scheme, register_scheme
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, StepRewards
@@ -19,9 +20,11 @@ __all__ = [
     "RewardTables",
     "Shaped",
     "StepRewards",
+    "ValueBounds",
     "arguments_of",
     "discounted_acceptances",
     "get_scheme",
     "register_scheme",
     "shape",
+    "value_bounds",
 ]

@@ -51,13 +51,13 @@ def closing_values(tables: RewardTables) -> FloatArray | None:
     paid = tables.expected_reward.ravel()
     lost = (tables.stop + (1 - tables.stop) * (1 - tables.discount)).ravel()
     with np.errstate(over="ignore"):
-        value = _of_lassos(following, paid, lost).reshape(n, n_classes)
+        value = lasso_values(following, paid, lost).reshape(n, n_classes)
         if tables.n_choices:
             value = _with_choices(tables, value, following, paid, lost)
     return value if np.isfinite(value).all() else None
 
 
-def _of_lassos(following: npt.NDArray[np.int64], paid: FloatArray, lost: FloatArray) -> FloatArray:
+def lasso_values(following: npt.NDArray[np.int64], paid: FloatArray, lost: FloatArray) -> FloatArray:
     """Values of the nodes of a graph in which each has one successor; all arrays have shape (n_nodes,).
 
     A node pays `paid`, and what follows counts 1 - `lost`. Values are infinite where a cycle pays and loses nothing.
