@@ -22,7 +22,7 @@ from ltlc.automata import RabinAutomaton, equivalent
 from ltlc.errors import LimitExceeded
 from ltlc.ltl import parse
 from ltlc.minimize import collapse, minimize
-from ltlc.translate import translate
+from ltlc.translate import Options, translate
 
 
 def main() -> None:
@@ -57,7 +57,7 @@ def measured(row: dict[str, str], options: argparse.Namespace) -> dict[str, Any]
     reference = {name: int(value) for name, value in row.items() if name != "formula" and value}
     result: dict[str, Any] = {"formula": row["formula"], "reference": reference}
     try:
-        automaton = translate(parse(row["formula"]), acceptance=options.acceptance, timeout=60)
+        automaton = translate(parse(row["formula"]), Options(acceptance=options.acceptance, timeout=60))
     except LimitExceeded as error:
         return result | {"status": "not translated", "reason": str(error)}
     started = time.perf_counter()

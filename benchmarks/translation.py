@@ -33,7 +33,7 @@ from rich.progress import track
 from ltlc.automata import RabinAutomaton
 from ltlc.errors import InvalidArgumentError, LimitExceeded
 from ltlc.ltl import Formula, parse, read_formulas, to_text
-from ltlc.translate import TRANSLATORS, Effort, translate
+from ltlc.translate import TRANSLATORS, Effort, Options, translate
 
 T = TypeVar("T")
 
@@ -88,11 +88,13 @@ def read_rows(path: Path) -> list[Row]:
 def by_ltlc(formula: Formula, translator: str, options: argparse.Namespace) -> RabinAutomaton:
     return translate(
         formula,
-        translator=translator,
-        acceptance=options.acceptance,
-        effort=options.effort,
-        max_states=options.max_states,
-        timeout=options.timeout,
+        Options(
+            translator=translator,
+            acceptance=options.acceptance,
+            effort=options.effort,
+            max_states=options.max_states,
+            timeout=options.timeout,
+        ),
     )
 
 

@@ -6,48 +6,17 @@ import os
 from collections.abc import MutableMapping
 from dataclasses import replace
 from itertools import islice
-from numbers import Integral, Real
-from typing import NamedTuple
 
 from ltlc import formats
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
-from ltlc.errors import DepthLimitExceeded, InvalidArgumentError, check_type
+from ltlc.errors import DepthLimitExceeded, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
-from ltlc.translate import Effort, translate
+from ltlc.translate import Effort, Options, translate
 
 MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
-
-
-class Options(NamedTuple):
-    """What a translation depends on besides the formula; see `compile`."""
-
-    acceptance: AcceptanceKind = "state"
-    translator: str = "auto"
-    effort: Effort = "default"
-    max_states: int = MAX_STATES
-    timeout: float | None = None
-
-    def checked(self) -> Options:
-        """The same options with the numbers of Python, which compiled modules insist on.
-
-        Raises:
-            InvalidArgumentError: a limit is none or out of range, or a name is no text; names are looked up later.
-        """
-        check_type(self.acceptance, str, "acceptance", "'state' or 'transition'")
-        check_type(self.effort, str, "effort", "'fast', 'default' or 'best'")
-        check_type(self.translator, str, "translator", "a name")
-        check_type(self.max_states, Integral, "max_states", "a whole number")
-        if self.timeout is not None:
-            check_type(self.timeout, Real, "timeout", "a positive number of seconds, or None")
-        if self.max_states < 1:
-            raise InvalidArgumentError(f"max_states is {self.max_states}; at least 1 state is needed")
-        if self.timeout is not None and not self.timeout > 0:
-            raise InvalidArgumentError(f"timeout is {self.timeout:g}; it must be a positive number of seconds, or None")
-        seconds = None if self.timeout is None else float(self.timeout)
-        return self._replace(max_states=int(self.max_states), timeout=seconds)
 
 
 Cache = MutableMapping[tuple[Formula, Options], RabinAutomaton]
@@ -103,7 +72,7 @@ def compile(
         text = str(formula)
         known = None if cache is None else cache.get((shape, options))
         if known is None:
-            known = translate(shape, **options._asdict(), text=text)
+            known = translate(shape, options, text=text)
             if cache is not None:
                 cache[shape, options] = known
         return replace(known, aps=names, formula=text)

@@ -14,10 +14,10 @@ from numbers import Integral
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
-from ltlc.compiler import DRA, Cache, Options, as_formula, canonical_propositions
+from ltlc.compiler import DRA, Cache, as_formula, canonical_propositions
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
-from ltlc.translate import Effort, translate
+from ltlc.translate import Effort, Options, translate
 
 _CHUNK = 32
 """formulas handed to a process at a time; fewer are not worth starting one."""
@@ -131,4 +131,4 @@ def _translate_all(jobs: list[_Job]) -> list[RabinAutomaton]:
 def _translate(job: _Job) -> RabinAutomaton:
     shape, options, text, spent = job
     with time_limit(text, options.timeout, spent):
-        return translate(shape, **options._asdict(), text=text)
+        return translate(shape, options, text=text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,21 +15,21 @@ NOTEBOOK_STATES = 200
 """A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""
 
 
-class Output:
+class Output(ABC):
     """The methods by which an automaton leaves the program."""
 
     acceptance: Literal["state", "transition"]
     formula: str | None
 
     @property
+    @abstractmethod
     def n_states(self) -> int:
         """Number of states."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def n_pairs(self) -> int:
         """Number of Rabin pairs."""
-        raise NotImplementedError
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf or any in `FORMATS`.

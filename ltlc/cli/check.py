@@ -40,8 +40,8 @@ def check(
       ltlc check dra.json -w "cycle{goal}" -w "trap; cycle{goal}"
     """
     from ltlc.budget import time_limit
-    from ltlc.compiler import Options
     from ltlc.ltl import Formula, Proposition, parse, parse_word, propositions
+    from ltlc.translate import Options
 
     Options(timeout=timeout).checked()
     with time_limit(source, timeout):

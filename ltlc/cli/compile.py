@@ -67,8 +67,9 @@ def compile_(
       echo "GF a -> GF b" | ltlc compile - --json
     """
     from ltlc.budget import Overtime, overtime, time_limit
-    from ltlc.compiler import Options, compile
+    from ltlc.compiler import compile
     from ltlc.formats import FORMATS
+    from ltlc.translate import Options
 
     options = Options(acceptance, translator, effort, max_states, timeout)
 

@@ -36,7 +36,8 @@ def show(
       ltlc show "GF a -> GF b" --acceptance transition
     """
     from ltlc.budget import Overtime, overtime, time_limit
-    from ltlc.compiler import Options, compile
+    from ltlc.compiler import compile
+    from ltlc.translate import Options
 
     targets = output or []
     if json_ and "-" in targets:

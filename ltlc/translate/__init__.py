@@ -4,8 +4,9 @@ Examples: docs/examples.md.
 """
 
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, register_construction
-from ltlc.translate.pipeline import Effort, translate
+from ltlc.translate.options import Effort, Options
+from ltlc.translate.pipeline import translate
 
 TRANSLATORS = CONSTRUCTIONS
 
-__all__ = ["TRANSLATORS", "Construction", "Effort", "register_construction", "translate"]
+__all__ = ["TRANSLATORS", "Construction", "Effort", "Options", "register_construction", "translate"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
 from ltlc.automata.rabin_pairs import to_rabin
 from ltlc.budget import (
-    MAX_STATES,
     Budget,
     Overtime,
     TimeLimit,
@@ -27,7 +26,6 @@ from ltlc.budget import (
 )
 from ltlc.errors import (
     DepthLimitExceeded,
-    InvalidArgumentError,
     LimitExceeded,
     StateLimitExceeded,
     TimeLimitExceeded,
@@ -43,8 +41,9 @@ from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
+from ltlc.translate.options import Options
 
-Effort = Literal["fast", "default", "best"]
+_DEFAULTS = Options()
 _ROUNDS = (500, 10_000)
 _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
@@ -65,8 +64,7 @@ class Problem(NamedTuple):
     formula: Formula
     """simplified, in negation normal form."""
     letters: Letters
-    effort: Effort
-    acceptance: AcceptanceKind
+    options: Options
 
     def closure(self, budget: Budget) -> Closure:
         """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
@@ -90,16 +88,7 @@ class Candidate(NamedTuple):
         return self.automaton.n_states <= self.least
 
 
-def translate(
-    formula: Formula,
-    *,
-    translator: str = "auto",
-    acceptance: AcceptanceKind = "state",
-    effort: Effort = "default",
-    max_states: int = MAX_STATES,
-    timeout: float | None = None,
-    text: str | None = None,
-) -> RabinAutomaton:
+def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | None = None) -> RabinAutomaton:
     """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
     1. Simplify the formula, which brings it to negation normal form; group the letters it cannot tell apart.
@@ -109,12 +98,7 @@ def translate(
 
     Args:
         formula: any LTL formula.
-        translator: "auto" or the name of a construction.
-        acceptance: marks on states (thesis, definition 2.1.1) or on transitions (often fewer states).
-        effort: "fast" is content with the construction that wins most often; "default" tries others where they can
-            win, with a cap; "best" tries all that apply, then searches for a smaller automaton by SAT.
-        max_states: limit for every automaton on the way.
-        timeout: seconds, or None. Once a construction has succeeded, the others only use up what is left.
+        options: kind of acceptance, constructions and limits.
         text: what to call the formula in messages and in the result; by default its own text.
 
     Returns:
@@ -123,25 +107,22 @@ def translate(
 
     Raises:
         UnknownNameError: no such translator.
-        InvalidArgumentError: the translator does not apply to the formula, or an argument is out of range.
+        InvalidArgumentError: the translator does not apply to the formula, or an option is out of range.
         StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded, DepthLimitExceeded: a budget ran out.
         MissingProgramError: effort "best" needs the package python-sat.
     """
-    if translator != "auto":
-        _known(translator)
-    if acceptance not in ("state", "transition"):
-        raise InvalidArgumentError(f"acceptance is {acceptance!r}; it can be 'state' or 'transition'")
-    if effort not in ("fast", "default", "best"):
-        raise InvalidArgumentError(f"effort is {effort!r}; it can be 'fast', 'default' or 'best'")
+    options = options.checked()
+    if options.translator != "auto":
+        _known(options.translator)
     text = str(formula) if text is None else text
-    with time_limit(text, timeout) as limit:
-        budget = Budget(text, max_states)
+    with time_limit(text, options.timeout) as limit:
+        budget = Budget(text, options.max_states)
         simple = simplify(formula)
-        problem = Problem(simple, letters_of(simple, propositions(formula)), effort, acceptance)
+        problem = Problem(simple, letters_of(simple, propositions(formula)), options)
         try:
-            best = _best(problem, budget, translator)
+            best = _best(problem, budget)
             automaton = _tidied(best.automaton, Overtime.REDUCE)
-            if acceptance == "state":
+            if options.acceptance == "state":
                 automaton = _state_based(best._replace(automaton=automaton), problem, budget)
                 automaton = _tidied(automaton, Overtime.REDUCE_AGAIN)
         except RecursionError:  # the nodes of a closure recurse, each level in a few calls
@@ -150,7 +131,7 @@ def translate(
                 " sys.setrecursionlimit"
             ) from None
         budget.check_states(automaton.n_states)
-        if effort == "best":
+        if options.effort == "best":
             left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
             automaton = minimize(automaton, timeout=min(_SAT_SECONDS, left)).automaton
         return replace(automaton, formula=text, translator=best.translator)
@@ -174,7 +155,7 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
     least = best.least
     with suppress(TimeLimitExceeded):
         least = max(least, proven_least(automaton, "state"))
-    effort = 0 if problem.effort == "fast" else EFFORT
+    effort = 0 if problem.options.effort == "fast" else EFFORT
     split = partial(to_state_based, effort=effort, budget=budget, reference=automaton, least=least)
     ways = [automaton]
     if automaton.n_pairs > 1:
@@ -213,11 +194,11 @@ def _n_copies(automaton: RabinAutomaton) -> int:
     return sum(map(len, marks))
 
 
-def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
+def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
     closure = problem.closure(budget)
     pristine: Closure | None = closure
-    names = _worth_trying(closure, problem.effort) if translator == "auto" else (translator,)
+    names = _worth_trying(closure, problem.options)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
         for limit in (*rounds, budget.max_states):
@@ -225,7 +206,7 @@ def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
             for name in names:
                 cap, closure = limit, pristine or problem.closure(budget)
                 pristine = None
-                if best is not None and problem.effort != "best":
+                if best is not None and problem.options.effort != "best":
                     cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
                 try:
                     found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
@@ -233,9 +214,9 @@ def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
                     if is_first:
                         spare.enter_context(_spare_time(problem))
                     check_time()
-                    if problem.effort != "fast":
+                    if problem.options.effort != "fast":
                         found = found._replace(least=best.least)
-                        best = _smaller(best, _improved(found, problem.acceptance, prove=is_first))
+                        best = _smaller(best, _improved(found, problem.options.acceptance, prove=is_first))
                 except TimeLimitExceeded:
                     if best is None:
                         raise
@@ -254,7 +235,7 @@ def _best(problem: Problem, budget: Budget, translator: str) -> Candidate:
 def _spare_time(problem: Problem) -> TimeLimit:
     """The time for making a candidate smaller; where its states are to be split, some is left for that."""
     left = time_left()
-    return time_limit("", None if left is None or problem.acceptance == "transition" else _SPARE_SHARE * left)
+    return time_limit("", None if left is None or problem.options.acceptance == "transition" else _SPARE_SHARE * left)
 
 
 def _smaller(old: Candidate, new: Candidate) -> Candidate:
@@ -273,13 +254,15 @@ def _known(translator: str) -> None:
         raise UnknownNameError(error.kind, translator, ("auto", *CONSTRUCTIONS)) from None
 
 
-def _worth_trying(closure: Closure, effort: Effort) -> tuple[str, ...]:
+def _worth_trying(closure: Closure, options: Options) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
-    if effort == "default" and closure.is_fair_obligation(closure.root):
+    if options.translator != "auto":
+        return (options.translator,)
+    if options.effort == "default" and closure.is_fair_obligation(closure.root):
         names = in_portfolio("fair")
     else:
         names = in_portfolio("low" if closure.is_low(closure.root) else "high")
-    return names[:1] if effort == "fast" else names
+    return names[:1] if options.effort == "fast" else names
 
 
 def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:

@@ -29,12 +29,12 @@ DIGEST = """
 import hashlib, json, sys
 from ltlc.formats import to_json
 from ltlc.ltl import parse
-from ltlc.translate import translate
+from ltlc.translate import Options, translate
 for text in json.loads(sys.argv[1]):
     digest = hashlib.sha256()
     for acceptance in ("state", "transition"):
         for effort in ("fast", "default"):
-            digest.update(to_json(translate(parse(text), acceptance=acceptance, effort=effort)).encode())
+            digest.update(to_json(translate(parse(text), Options(acceptance=acceptance, effort=effort))).encode())
     print(digest.hexdigest(), text)
 """
 # Minutes of work in compiled loops, told to stop after half a second.

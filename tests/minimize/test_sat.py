@@ -13,7 +13,7 @@ from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import MissingProgramError
 from ltlc.ltl import parse
 from ltlc.minimize import collapse, lower_bound, minimize
-from ltlc.translate import translate
+from ltlc.translate import Options, translate
 
 PHI = {
     "phi_1": "F(A & F B) & G!C & FG T",
@@ -24,7 +24,7 @@ PHI = {
 
 
 def compiled(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> RabinAutomaton:
-    return translate(parse(text), acceptance=acceptance, translator=translator)
+    return translate(parse(text), Options(acceptance=acceptance, translator=translator))
 
 
 @pytest.fixture

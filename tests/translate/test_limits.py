@@ -19,7 +19,7 @@ from ltlc.errors import InvalidArgumentError, LimitExceeded, StateLimitExceeded,
 from ltlc.formats import from_hoa, from_json, to_dot, to_hoa, to_json, to_mermaid
 from ltlc.ltl import Formula, Proposition, Xor, parse, parse_word, satisfies
 from ltlc.minimize import to_state_based
-from ltlc.translate import TRANSLATORS, translate
+from ltlc.translate import TRANSLATORS, Options, translate
 
 TICK = 0.01
 """seconds from one question for the time to the next."""
@@ -36,7 +36,7 @@ MIXED = (
 def build(text: str, translator: str, acceptance: AcceptanceKind, **limits: float | None) -> RabinAutomaton | None:
     """The automaton, or None where the construction does not apply."""
     try:
-        return translate(parse(text), translator=translator, acceptance=acceptance, **limits)  # type: ignore[arg-type]
+        return translate(parse(text), Options(translator=translator, acceptance=acceptance, **limits))  # type: ignore[arg-type]
     except InvalidArgumentError:
         return None
 
@@ -88,12 +88,12 @@ def test_the_best_effort_keeps_its_limit(monkeypatch: pytest.MonkeyPatch) -> Non
     clock = count()
     monkeypatch.setattr("ltlc.budget.time.monotonic", lambda: TICK * next(clock))
     formula = parse("GF(a & X b) & GF(c & X d)")
-    whole = translate(formula, effort="best", acceptance="transition", timeout=1e6)
+    whole = translate(formula, Options(effort="best", acceptance="transition", timeout=1e6))
     ticks = next(clock)
     for limit in range(ticks // 20, ticks, ticks // 8):
         clock = count()
         try:
-            automaton = translate(formula, effort="best", acceptance="transition", timeout=limit * TICK)
+            automaton = translate(formula, Options(effort="best", acceptance="transition", timeout=limit * TICK))
         except TimeLimitExceeded:
             continue
         assert equivalent(automaton, whole)
@@ -130,7 +130,9 @@ def exponential() -> Formula:
 
 @pytest.fixture(scope="module")
 def automaton() -> RabinAutomaton:
-    return translate(parse("(GF(a & X b) & GF c) | (FG d & G(a -> F c))"), acceptance="transition", effort="fast")
+    return translate(
+        parse("(GF(a & X b) & GF c) | (FG d & G(a -> F c))"), Options(acceptance="transition", effort="fast")
+    )
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded
 from ltlc.formats import from_hoa, from_json, to_hoa, to_json
 from ltlc.ltl import Formula, LassoWord, satisfies
-from ltlc.translate import TRANSLATORS, translate
+from ltlc.translate import TRANSLATORS, Options, translate
 
 FORMULAS = 26
 """per kind."""
@@ -53,7 +53,7 @@ def outputs(formula: Formula) -> dict[str, RabinAutomaton]:
         for acceptance in ACCEPTANCES:
             limit = 100_000 if translator == "auto" else MAX_STATES
             try:
-                a = translate(formula, translator=translator, acceptance=acceptance, max_states=limit)
+                a = translate(formula, Options(translator=translator, acceptance=acceptance, max_states=limit))
             except (InvalidArgumentError, StateLimitExceeded):
                 assert translator != "auto"
                 continue
@@ -102,7 +102,7 @@ def test_no_construction_is_always_left_out() -> None:
     for formula in sample:
         for translator in TRANSLATORS:
             try:
-                translate(formula, translator=translator, acceptance="transition", max_states=MAX_STATES)
+                translate(formula, Options(translator=translator, acceptance="transition", max_states=MAX_STATES))
             except (InvalidArgumentError, StateLimitExceeded):
                 continue
             applied[translator] += 1

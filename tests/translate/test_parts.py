@@ -33,7 +33,7 @@ from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
 from ltlc.graph import bits
 from ltlc.ltl import Formula, LassoWord, parse, satisfies
-from ltlc.translate import translate
+from ltlc.translate import Options, translate
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Finite
 from ltlc.translate.decomposition import decompose
@@ -359,10 +359,10 @@ def test_products_without_reduction() -> None:
 
 def test_fairness_rests_until_the_rest_has_settled() -> None:
     """Six states of X-memory for G F(a & X X b) would multiply the way to the goal; suspended, they are added."""
-    alone = translate(parse("G F(a & X X b)"), translator="normal-form", acceptance="transition").n_states
-    way = translate(parse("F(c & X F(c & X F c))"), translator="normal-form", acceptance="transition").n_states
+    alone = translate(parse("G F(a & X X b)"), Options(translator="normal-form", acceptance="transition")).n_states
+    way = translate(parse("F(c & X F(c & X F c))"), Options(translator="normal-form", acceptance="transition")).n_states
     both = parse("F(c & X F(c & X F c)) & G F(a & X X b)")
-    assert translate(both, translator="normal-form", acceptance="transition").n_states == way - 1 + alone
+    assert translate(both, Options(translator="normal-form", acceptance="transition")).n_states == way - 1 + alone
 
 
 def test_decided_components_leave_the_skeleton() -> None:

@@ -27,7 +27,7 @@ from ltlc.errors import (
 from ltlc.formats import to_json
 from ltlc.ltl import parse
 from ltlc.minimize import merge_by_trial
-from ltlc.translate import TRANSLATORS, translate
+from ltlc.translate import TRANSLATORS, Options, translate
 
 THESIS = {
     "F(A & F B) & G!C & FG T": (5, 4),
@@ -56,7 +56,7 @@ HARD = " & ".join(f"(G(a{i} | F b{i}) | F(c & X(b{i} U G a{i})))" for i in range
 
 
 def build(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> RabinAutomaton:
-    return translate(parse(text), acceptance=acceptance, translator=translator)
+    return translate(parse(text), Options(acceptance=acceptance, translator=translator))
 
 
 @pytest.mark.parametrize(("text", "sizes"), THESIS.items())
@@ -72,7 +72,7 @@ def digest(text: str) -> str:
     forms: list[tuple[str, AcceptanceKind]] = [("auto", "state"), *((t, "transition") for t in ("auto", *TRANSLATORS))]
     for translator, acceptance in forms:
         try:
-            a = translate(parse(text), translator=translator, acceptance=acceptance, max_states=100)
+            a = translate(parse(text), Options(translator=translator, acceptance=acceptance, max_states=100))
         except (InvalidArgumentError, StateLimitExceeded) as error:
             summary.update(str(error).encode())
             continue
@@ -135,7 +135,7 @@ def test_too_many_propositions() -> None:
 def test_the_limit_on_states(translator: str) -> None:
     text = " & ".join(f"F(a{i} & X F a{i + 1})" for i in range(6))
     with pytest.raises(StateLimitExceeded) as caught:
-        translate(parse(text), translator=translator, max_states=20)
+        translate(parse(text), Options(translator=translator, max_states=20))
     message = str(caught.value)
     assert message.startswith(str(parse(text))[:40])
     assert "more than 20 states" in message
@@ -145,7 +145,7 @@ def test_the_limit_on_states(translator: str) -> None:
 @pytest.mark.parametrize("translator", ["auto", "product", "normal-form", "safra", "dual-safra"])
 def test_the_limit_on_time(translator: str) -> None:
     with pytest.raises(TimeLimitExceeded) as caught:
-        translate(parse(HARD), translator=translator, timeout=0.02)
+        translate(parse(HARD), Options(translator=translator, timeout=0.02))
     message = str(caught.value)
     assert message.startswith(str(parse(HARD))[:40])
     assert "0.02 s" in message
@@ -160,15 +160,15 @@ def test_formulas_that_are_nested_too_deeply_end_by_a_limit(text: str) -> None:
 
 def test_hard_formulas_end_by_a_limit() -> None:
     with pytest.raises(LimitExceeded):
-        translate(parse(HARD), max_states=300, timeout=0.02)
+        translate(parse(HARD), Options(max_states=300, timeout=0.02))
 
 
 def test_a_limit_on_one_construction_does_not_stop_the_others() -> None:
     """Safra trees for these grow beyond the first rounds, the product does not."""
     text = "(GF a | FG b) & (GF c | FG d)"
     with pytest.raises(StateLimitExceeded):
-        translate(parse(text), translator="safra", max_states=10)
-    assert translate(parse(text), acceptance="transition", max_states=10).n_states <= 10
+        translate(parse(text), Options(translator="safra", max_states=10))
+    assert translate(parse(text), Options(acceptance="transition", max_states=10)).n_states <= 10
 
 
 # -- formulas at the edges --------------------------------------------------------------------------------------------
@@ -265,21 +265,21 @@ def test_a_construction_of_a_users_module(tmp_path: Path, monkeypatch: pytest.Mo
     formula = parse("F G a | G F b")
     before = to_json(translate(formula))
     try:
-        automaton = translate(formula, translator="trees_of_mine:trees")
+        automaton = translate(formula, Options(translator="trees_of_mine:trees"))
         assert automaton.translator == "trees"
         assert equivalent(automaton, translate(formula))
         assert "trees" in list(TRANSLATORS)
         assert to_json(translate(formula)) == before
         with pytest.raises(UnknownNameError, match="Did you mean auto"):
-            translate(formula, translator="autos")
+            translate(formula, Options(translator="autos"))
         with pytest.raises(InvalidArgumentError, match="is no ltlc"):
-            translate(formula, translator="trees_of_mine:TRANSLATORS")
+            translate(formula, Options(translator="trees_of_mine:TRANSLATORS"))
     finally:
         TRANSLATORS.remove("trees")
 
 
 def test_merging_by_trial_can_be_stopped() -> None:
-    automaton = translate(parse("G F(a & X b) & G F(c & X d)"), acceptance="transition", effort="fast")
+    automaton = translate(parse("G F(a & X b) & G F(c & X d)"), Options(acceptance="transition", effort="fast"))
     with time_limit("", 0):
         assert merge_by_trial(automaton).n_states == automaton.n_states
     assert merge_by_trial(automaton).n_states < automaton.n_states
@@ -287,8 +287,8 @@ def test_merging_by_trial_can_be_stopped() -> None:
 
 def test_components_answer_the_same_when_they_are_asked_again() -> None:
     formula = parse("X X(F c -> b) <-> X F(G b xor a)")  # its closure learns atoms between two explorations
-    automaton = translate(formula, acceptance="transition")
-    assert equivalent(automaton, translate(formula, acceptance="transition", translator="safra"))
+    automaton = translate(formula, Options(acceptance="transition"))
+    assert equivalent(automaton, translate(formula, Options(acceptance="transition", translator="safra")))
 
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
@@ -300,13 +300,13 @@ def test_what_is_found_is_kept_when_the_time_is_over(
     clock = count()
     monkeypatch.setattr("ltlc.budget.time.monotonic", lambda: tick * next(clock))
     formula = parse("G F(a & X X b) & F G(c | X d)")
-    best = translate(formula, acceptance=acceptance, timeout=1e6)
+    best = translate(formula, Options(acceptance=acceptance, timeout=1e6))
     ticks = next(clock)
     sizes = []
     for limit in range(10, ticks, ticks // 40):
         clock = count()
         try:
-            automaton = translate(formula, acceptance=acceptance, timeout=limit * tick)
+            automaton = translate(formula, Options(acceptance=acceptance, timeout=limit * tick))
         except TimeLimitExceeded:
             sizes.append(None)
             continue
@@ -321,6 +321,6 @@ def test_what_is_found_is_kept_when_the_time_is_over(
 
 def test_the_limit_on_states_holds_for_the_result() -> None:
     formula = parse("(G F p1 | F G p2) & (G F p2 | F G p3)")
-    assert translate(formula, acceptance="transition", max_states=2).n_states == 2
+    assert translate(formula, Options(acceptance="transition", max_states=2)).n_states == 2
     with pytest.raises(StateLimitExceeded, match="more than 2 states"):
-        translate(formula, max_states=2)
+        translate(formula, Options(max_states=2))

@@ -16,7 +16,7 @@ from formula_families import families
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded
 from ltlc.ltl import parse
-from ltlc.translate import TRANSLATORS, translate
+from ltlc.translate import TRANSLATORS, Options, translate
 
 HERE = Path(__file__).parents[1]
 GOLDEN = HERE / "golden" / "sizes.json"
@@ -38,7 +38,7 @@ def measured(text: str) -> Row:
 def size(text: str, translator: str, acceptance: AcceptanceKind) -> int | None:
     limit = 100_000 if translator == "auto" else MAX_STATES
     try:
-        automaton = translate(parse(text), translator=translator, acceptance=acceptance, max_states=limit)
+        automaton = translate(parse(text), Options(translator=translator, acceptance=acceptance, max_states=limit))
     except (InvalidArgumentError, StateLimitExceeded):
         return None
     sink = len(automaton.deadlocks) if acceptance == "transition" else 0
