@@ -10,11 +10,12 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from typing import Final, NamedTuple, TypeVar
 
 from ltlc import graph
 from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, negation, restrict, without_implied
+from ltlc.automata.partition import IntArray, refine_by
 from ltlc.budget import NO_LIMIT, Budget, check_time
 from ltlc.graph import bits
 
@@ -162,24 +163,21 @@ def _implied(seen: Iterable[int]) -> dict[int, int]:
     return implied
 
 
-def refine(edges: Sequence[Sequence[Edge]], initial: Sequence[object]) -> list[int]:
+def refine(edges: Sequence[Sequence[Edge]], initial: Iterable[Hashable]) -> list[int]:
     """The coarsest partition finer than `initial` that the successors respect (bisimulation), as class numbers.
 
     Edges are compared with their marks; classes are numbered by their first state.
     """
-    block = _number(initial)
-    n_blocks = max(block) + 1
-    while True:
-        signatures: list[object] = []
+
+    def signatures(block: IntArray) -> Iterator[Hashable]:
+        following = block.tolist()
         for q, out in enumerate(edges):
             if not q & 255:
                 check_time()
-            moves = _letters_by_move([(e.letters, block[e.target], e.marks) for e in out])
-            signatures.append((block[q], frozenset(moves.items())))
-        block = _number(signatures)
-        if max(block) + 1 == n_blocks:
-            return block
-        n_blocks = max(block) + 1
+            yield frozenset(_letters_by_move((e.letters, following[e.target], e.marks) for e in out).items())
+
+    block: list[int] = refine_by(initial, signatures).tolist()
+    return block
 
 
 def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
@@ -228,8 +226,3 @@ def minimized_weak(automaton: EmersonLei) -> EmersonLei:
     acceptance = tuple(NEVER if color[c] % 2 else ALWAYS for c in component)
     weak = automaton.relabelled(automaton.edges, acceptance)
     return quotient(weak, refine(weak.edges, acceptance))
-
-
-def _number(values: Sequence[object]) -> list[int]:
-    numbers: dict[object, int] = {}
-    return [numbers.setdefault(value, len(numbers)) for value in values]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 
 import numpy as np
 import numpy.typing as npt
@@ -31,15 +31,26 @@ def refine(delta: IntArray, block: IntArray) -> IntArray:
     References:
         E. F. Moore, Gedanken-experiments on sequential machines, Automata Studies 1956, doi 10.1515/9781400882618-006.
     """
-    block = number_blocks(block.tolist())
-    n_blocks = int(block.max()) + 1
+    return refine_by(block.tolist(), lambda block: map(np.ndarray.tobytes, block[delta]))
+
+
+def refine_by(initial: Iterable[Hashable], signatures: Callable[[IntArray], Iterable[Hashable]]) -> IntArray:
+    """The coarsest partition inside the initial one whose blocks have states of equal signatures only.
+
+    Args:
+        initial: equal keys for states of one block.
+        signatures: of the states, given the block of each.
+
+    Returns:
+        As `refine`.
+    """
+    block = number_blocks(initial)
     while True:
         check_time()
-        rows = block[delta]
-        block = number_blocks((b, row.tobytes()) for b, row in zip(block.tolist(), rows, strict=True))
-        if int(block.max()) + 1 == n_blocks:
-            return block
-        n_blocks = int(block.max()) + 1
+        finer = number_blocks(zip(block.tolist(), signatures(block), strict=True))
+        if int(finer.max()) == int(block.max()):
+            return finer
+        block = finer
 
 
 def pairs_within(block: IntArray, limit: int | None = None) -> tuple[IntArray, IntArray]:

@@ -8,12 +8,11 @@ over is worked out once, when the node is made.
 
 from __future__ import annotations
 
-from threading import RLock
 from typing import Any, ClassVar, Self
-from weakref import ref
 from zlib import crc32
 
 from ltlc.errors import InvalidArgumentError, check_type
+from ltlc.ltl.interning import find, intern
 from ltlc.ltl.syntax import PLAIN, write
 from ltlc.ltl.traversal import postorder
 
@@ -70,9 +69,7 @@ class Formula:
 
     def with_args(self, args: tuple[Formula, ...]) -> Formula:
         """The same operator on other operands; itself if they are its own."""
-        if args == self.args:
-            return self
-        return type(self)(*args)
+        return self if args == self.args else type(self)(*args)
 
     def __copy__(self) -> Self:
         return self
@@ -97,28 +94,7 @@ class Formula:
         return Implies(self, other)
 
 
-class _Entry(ref[Formula]):
-    """The way to a living node from its key: its class, then its operands, or its name or value."""
-
-    __slots__ = ("key",)
-    key: tuple[Any, ...]
-
-
-# Interning is invisible from outside: an entry goes with the last reference to its node.
-_entries: dict[tuple[Any, ...], _Entry] = {}
-_replacing = RLock()  # held while an entry is taken out or replaced; to put one in where none is takes one step
 _set = object.__setattr__
-
-
-def _find(key: tuple[Any, ...]) -> Any:
-    entry = _entries.get(key)
-    return None if entry is None else entry()
-
-
-def _forget(entry: _Entry) -> None:
-    with _replacing:
-        if _entries.get(entry.key) is entry:
-            del _entries[entry.key]
 
 
 def _make(
@@ -132,25 +108,16 @@ def _make(
     _set(node, "negated_literal_mask", negated_mask)
     if not args:
         _set(node, "name" if key[0] is Proposition else "value", key[1])
-    entry = _Entry(node, _forget)
-    entry.key = key
-    if _entries.setdefault(key, entry) is entry:
-        return node
-    with _replacing:  # another thread was faster, or the entry of a node that is no more is about to go
-        known = _find(key)
-        if known is None:
-            _entries[key] = entry
-        return node if known is None else known
+    return intern(key, node)
 
 
 def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
     """The node of an operator and its operands."""
     key = (cls, *args)
     try:
-        entry = _entries.get(key)
+        known = find(key)
     except TypeError:  # an operand that cannot be hashed is no formula, as below
-        entry = None
-    known = None if entry is None else entry()
+        known = None
     if known is not None:
         return known
     size, flags, literal_mask, negated_literal_mask = 1, cls._flags_of_all, 0, 0
@@ -177,9 +144,7 @@ class Constant(Formula):
 
     def __new__(cls, value: bool) -> Self:
         key = (cls, bool(value))
-        node: Self | None = _find(key)
-        if node is None:
-            node = _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1)
+        node: Self = find(key) or _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1)
         return node
 
 
@@ -199,7 +164,7 @@ class Proposition(Formula):
         if not name:
             raise InvalidArgumentError("the name of a proposition has at least one character")
         key = (cls, str(name))
-        node: Self | None = _find(key)
+        node: Self | None = find(key)
         if node is None:
             try:
                 code = name.encode("utf-8")
@@ -238,6 +203,13 @@ class Not(_Unary):
         return node  # type: ignore[no-any-return]
 
 
+class _Idempotent(_Unary):
+    __slots__ = ()
+
+    def __new__(cls, operand: Formula) -> Self:
+        return operand if type(operand) is cls else super().__new__(cls, operand)
+
+
 class Next(_Unary):
     """X f: f holds at the next position."""
 
@@ -246,7 +218,7 @@ class Next(_Unary):
     _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
 
 
-class Eventually(_Unary):
+class Eventually(_Idempotent):
     """F f: f holds now or later."""
 
     __slots__ = ()
@@ -254,11 +226,8 @@ class Eventually(_Unary):
     _flags_of_all = UNIVERSAL | NORMAL
     _own_flags = EVENTUAL
 
-    def __new__(cls, operand: Formula) -> Self:
-        return operand if type(operand) is cls else super().__new__(cls, operand)
 
-
-class Always(_Unary):
+class Always(_Idempotent):
     """G f: f holds now and for ever."""
 
     __slots__ = ()
@@ -266,32 +235,37 @@ class Always(_Unary):
     _flags_of_all = EVENTUAL | NORMAL
     _own_flags = UNIVERSAL
 
-    def __new__(cls, operand: Formula) -> Self:
-        return operand if type(operand) is cls else super().__new__(cls, operand)
+
+class _Nary(Formula):
+    __slots__ = ()
+    _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
+    _of_none: ClassVar[bool]
+
+    def __new__(cls, *operands: Formula) -> Self:
+        for operand in operands:
+            if type(operand) is cls:
+                operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
+                break
+        node: Any = (
+            _operator(cls, operands) if len(operands) > 1 else operands[0] if operands else Constant(cls._of_none)
+        )
+        return node  # type: ignore[no-any-return]  # perhaps another Formula: callers of And and Or need no more
 
 
-class And(Formula):
+class And(_Nary):
     """Conjunction of any number of formulas; of none it is `true`, of one it is that one, whatever its type."""
 
     __slots__ = ()
     symbol = "&"
-    _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
-
-    def __new__(cls, *operands: Formula) -> Self:
-        node: Self = _flat(cls, operands, TRUE)
-        return node
+    _of_none = True
 
 
-class Or(Formula):
+class Or(_Nary):
     """Disjunction of any number of formulas; of none it is `false`, of one it is that one, whatever its type."""
 
     __slots__ = ()
     symbol = "|"
-    _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
-
-    def __new__(cls, *operands: Formula) -> Self:
-        node: Self = _flat(cls, operands, FALSE)
-        return node
+    _of_none = False
 
 
 class Implies(_Binary):
@@ -355,60 +329,22 @@ TRUE = Constant(True)
 FALSE = Constant(False)
 
 
-def _flat(cls: type[Formula], operands: tuple[Formula, ...], empty: Formula) -> Any:
-    for operand in operands:
-        if type(operand) is cls:
-            operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
-            break
-    if len(operands) > 1:
-        return _operator(cls, operands)
-    # Not of that class, but callers of And and Or need no more than a Formula.
-    return operands[0] if operands else empty
-
-
 def _flatten(formula: Formula) -> list[tuple[Any, ...]]:
-    """The subformulas in postorder, each as (class name, payload or indices of its operands)."""
+    """The subformulas in postorder, each as its class with its name or value, or with the indices of its operands."""
     index: dict[Formula, int] = {}
     rows: list[tuple[Any, ...]] = []
     for node in postorder(formula):
-        if isinstance(node, Constant):
-            rows.append(("Constant", node.value))
-        elif isinstance(node, Proposition):
-            rows.append(("Proposition", node.name))
-        else:
-            rows.append((type(node).__name__, *(index[child] for child in node.args)))
+        leaf = node.value if isinstance(node, Constant) else node.name if isinstance(node, Proposition) else None
+        rows.append((type(node), *(index[child] for child in node.args)) if leaf is None else (type(node), leaf))
         index[node] = len(index)
     return rows
 
 
 def _rebuild(rows: list[tuple[Any, ...]]) -> Formula:
     nodes: list[Formula] = []
-    for name, *payload in rows:
-        cls = _CLASSES[name]
-        nodes.append(cls(*payload) if cls in (Constant, Proposition) else cls(*(nodes[i] for i in payload)))
+    for cls, *parts in rows:
+        nodes.append(cls(*(parts if cls in (Constant, Proposition) else (nodes[i] for i in parts))))
     return nodes[-1]
-
-
-_CLASSES: dict[str, Any] = {
-    cls.__name__: cls
-    for cls in (
-        Constant,
-        Proposition,
-        Not,
-        Next,
-        Eventually,
-        Always,
-        And,
-        Or,
-        Implies,
-        Iff,
-        Xor,
-        Until,
-        WeakUntil,
-        Release,
-        StrongRelease,
-    )
-}
 
 
 def propositions(formula: Formula) -> tuple[str, ...]:

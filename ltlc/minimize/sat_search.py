@@ -18,26 +18,18 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from importlib import import_module
-from itertools import combinations, pairwise, permutations, product
-from threading import Timer
-from typing import Any, NamedTuple
+from itertools import pairwise, permutations, product
+from typing import NamedTuple
 
 from ltlc import graph
 from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
-from ltlc.budget import check_time, time_left
-from ltlc.errors import MissingProgramError
+from ltlc.budget import check_time
+from ltlc.minimize.cnf import Cnf, Row
 from ltlc.minimize.collapse import Structure
 from ltlc.minimize.residuals import Part
 
-_SOLVER = "glucose4"
-_CONFLICTS = 2000
-"""conflicts after which the solver gives Python a chance to be interrupted."""
-
 _MAX_PERMUTED = 4
 """numbers of copies up to which all permutations are looked at."""
-
-Row = list[int]
 
 
 class Word(NamedTuple):
@@ -76,11 +68,9 @@ class Search:
         self.n_extra = n_states - len(part.residuals)
         self.n_copies = self.n_extra + 1
         self.words: dict[Word, None] = {}
-        self._n_variables = 0
-        self._solver = _solver()
-        self._true = self._variable()
-        self._clause(self._true)
-        self._used = [self._variables(self.n_copies) for _ in part.residuals]
+        self._cnf = Cnf()
+        self._true = self._cnf.true
+        self._used = [self._cnf.variables(self.n_copies) for _ in part.residuals]
         self._delta: dict[tuple[int, int, int], Row] = {}
         self._active: list[int] = []
         self._numbered: set[int] = set()
@@ -98,7 +88,7 @@ class Search:
         Raises:
             TimeLimitExceeded: the time of the call is over.
         """
-        while self._solve():
+        while self._cnf.solve():
             candidate = self._candidate()
             cycles = self.part.cycle_graph(candidate.step, candidate.residual_of, self.on_states)
             found = rabin_condition(cycles)
@@ -119,88 +109,15 @@ class Search:
             assert len(self.words) > n_known
         return None
 
-    def _solve(self) -> bool:
-        while True:
-            self._solver.conf_budget(_CONFLICTS)
-            answer = self._interruptible()
-            if answer is not None:
-                return bool(answer)
-            check_time()
-
-    def _interruptible(self) -> bool | None:
-        """What the solver finds within its conflicts and the time of the call, or None."""
-        seconds = time_left()
-        if seconds is None:
-            answer: bool | None = self._solver.solve_limited()
-            return answer
-        timer = Timer(seconds, self._solver.interrupt)
-        timer.start()
-        try:
-            answer = self._solver.solve_limited(expect_interrupt=True)
-            return answer
-        finally:
-            timer.cancel()
-            timer.join()
-            self._solver.clear_interrupt()
-
-    # Variables and clauses
-
-    def _variable(self) -> int:
-        self._n_variables += 1
-        return self._n_variables
-
-    def _variables(self, count: int) -> Row:
-        return [self._variable() for _ in range(count)]
-
-    def _clause(self, *literals: int) -> None:
-        self._solver.add_clause(literals)
-
-    def _some(self, literals: Sequence[int]) -> int:
-        """A variable that is true iff one of the literals is."""
-        if len(literals) == 1:
-            return literals[0]
-        some = self._variable()
-        for literal in literals:
-            self._clause(-literal, some)
-        self._clause(-some, *literals)
-        return some
-
-    def _exactly_one(self, literals: Sequence[int]) -> None:
-        self._clause(*literals)
-        for one, other in combinations(literals, 2):
-            self._clause(-one, -other)
-
-    def _at_most(self, literals: Sequence[int], bound: int) -> None:
-        """At most `bound` of the literals are true.
-
-        References:
-            C. Sinz: Towards an optimal CNF encoding of Boolean cardinality constraints. CP 2005, doi
-            10.1007/11564751_73.
-        """
-        if len(literals) <= bound:
-            return
-        before: Row = []
-        for literal in literals:
-            count = self._variables(bound)
-            if bound:
-                self._clause(-literal, count[0])
-            for k, reached in enumerate(before):
-                self._clause(-reached, count[k])
-                if k + 1 < bound:
-                    self._clause(-reached, -literal, count[k + 1])
-            if before or not bound:
-                self._clause(-literal, *(-reached for reached in before[-1:]))
-            before = count
-
     # The component
 
     def _declare(self) -> None:
         """Used copies, and one next copy per copy and column; copies that are not used lead to first copies."""
         for used in self._used:
-            self._clause(used[0])
+            self._cnf.clause(used[0])
             for one, following in pairwise(used):
-                self._clause(-following, one)
-        self._at_most([literal for used in self._used for literal in used[1:]], self.n_extra)
+                self._cnf.clause(-following, one)
+        self._cnf.at_most([literal for used in self._used for literal in used[1:]], self.n_extra)
 
     def _activate(self, column: int) -> None:
         """From each copy, the column leads to exactly one next copy; words of one or two columns are added."""
@@ -212,12 +129,12 @@ class Search:
             if target < 0:
                 continue
             for i in range(self.n_copies):
-                following = [self._true] if self.n_copies == 1 else self._variables(self.n_copies)
+                following = [self._true] if self.n_copies == 1 else self._cnf.variables(self.n_copies)
                 self._delta[r, i, column] = following
-                self._exactly_one(following)
+                self._cnf.exactly_one(following)
                 for used, literal in zip(self._used[target], following, strict=True):
-                    self._clause(-literal, used)
-                self._clause(self._used[r][i], following[0])
+                    self._cnf.clause(-literal, used)
+                self._cnf.clause(self._used[r][i], following[0])
             if target == r and r not in self._numbered:
                 self._numbered.add(r)
                 self._number_copies(r, column)
@@ -233,7 +150,7 @@ class Search:
         if self.n_copies > _MAX_PERMUTED:
             for i, literals in enumerate(lead):
                 for literal in literals[i + 2 :]:
-                    self._clause(-literal)
+                    self._cnf.clause(-literal)
             return
         used = [*self._used[residual], -self._true]
         for n in range(2, self.n_copies + 1):
@@ -241,11 +158,11 @@ class Search:
             for images in product(range(n), repeat=n):
                 if any(_renamed(images, order) < images for order in orders):
                     steps = (-lead[i][j] for i, j in enumerate(images))
-                    self._clause(-used[n - 1], used[n], *steps)
+                    self._cnf.clause(-used[n - 1], used[n], *steps)
 
     def _candidate(self) -> Structure:
         """What the solver found; columns that are not active lead to first copies."""
-        true = {literal for literal in self._solver.get_model() if literal > 0}
+        true = self._cnf.model()
         order = [(r, i) for r, used in enumerate(self._used) for i, literal in enumerate(used) if literal in true]
         number = {copy: q for q, copy in enumerate(order)}
 
@@ -278,10 +195,10 @@ class Search:
         self.words[word] = None
         for run in self._runs(word):
             if word.accepted:
-                chosen = {label: self._variable() for label in run.labels}
-                self._clause(-run.returns, *chosen.values())
+                chosen = {label: self._cnf.variable() for label in run.labels}
+                self._cnf.clause(-run.returns, *chosen.values())
                 for label, literal in chosen.items():
-                    self._clause(-literal, run.labels[label])
+                    self._cnf.clause(-literal, run.labels[label])
                 for other in self._rejected:
                     self._keep_apart(run, chosen, other)
                 self._accepted.append((run, chosen))
@@ -297,15 +214,15 @@ class Search:
         check_time()
         outside = []
         for label, literal in rejected.labels.items():
-            differs = self._variable()
-            self._clause(-differs, literal)
+            differs = self._cnf.variable()
+            self._cnf.clause(-differs, literal)
             if label in accepted.labels:
-                self._clause(-differs, -accepted.labels[label])
+                self._cnf.clause(-differs, -accepted.labels[label])
             outside.append(differs)
         both = (-accepted.returns, -rejected.returns)
         for label, literal in chosen.items():
             if label in rejected.labels:
-                self._clause(*both, -literal, -rejected.labels[label], *outside)
+                self._cnf.clause(*both, -literal, -rejected.labels[label], *outside)
 
     def _runs(self, word: Word) -> Iterator[_Run]:
         """From each copy of the residual, as many rounds as a cycle may have."""
@@ -326,8 +243,8 @@ class Search:
                             occurs.setdefault(self._label(target, j), {})[literal] = None
                     residual, here = target, following
                 back.append(here[i])
-            labels = {label: self._some(list(literals)) for label, literals in occurs.items()}
-            yield _Run(self._some(back), labels, frozenset(label // self.n_copies for label in labels))
+            labels = {label: self._cnf.some(list(literals)) for label, literals in occurs.items()}
+            yield _Run(self._cnf.some(back), labels, frozenset(label // self.n_copies for label in labels))
 
     def _label(self, residual: int, copy: int, column: int = 0) -> int:
         return (residual * self.part.n_columns + column) * self.n_copies + copy
@@ -338,11 +255,11 @@ class Search:
             return here
         if here.count(self._true) == 1:
             return self._delta[residual, here.index(self._true), column]
-        following = self._variables(self.n_copies)
+        following = self._cnf.variables(self.n_copies)
         for j, literal in enumerate(here):
             for k, target in enumerate(self._delta[residual, j, column]):
-                self._clause(-literal, -target, following[k])
-                self._clause(-literal, -following[k], target)
+                self._cnf.clause(-literal, -target, following[k])
+                self._cnf.clause(-literal, -following[k], target)
         return following
 
 
@@ -368,10 +285,3 @@ def _normal(part: Part, residual: int, columns: Sequence[int]) -> Word:
         residual = part.step[residual][columns[turn]]
     residual, columns = min(rotations)
     return Word(residual, columns, part.accepts(residual, columns))
-
-
-def _solver() -> Any:
-    try:
-        return import_module("pysat.solvers").Solver(name=_SOLVER)
-    except ModuleNotFoundError as error:
-        raise MissingProgramError('exact minimisation needs the package python-sat: pip install "ltlc[sat]"') from error

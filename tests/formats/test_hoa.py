@@ -1,23 +1,18 @@
-"""HOA: round trips, all that the format allows, acceptance conditions against their meaning, and every message."""
+"""HOA: round trips, ways to write the same, streams, every message, and Spot."""
 
 from __future__ import annotations
 
 import io
-import random
 import re
-import time
 
-import numpy as np
 import pytest
-from lark.exceptions import UnexpectedInput
-from random_automata import random_automata, random_automaton, random_lassos
+from hoa_texts import hoa
+from random_automata import random_automata
 
-import ltlc
 from ltlc.automata import RabinAutomaton
 from ltlc.automata.compare import equivalent, is_empty
-from ltlc.errors import AlphabetLimitExceeded, FileFormatError
+from ltlc.errors import FileFormatError
 from ltlc.formats import from_hoa, read_hoa_stream, to_hoa
-from ltlc.formats.hoa_parser import HoaSyntaxError, _parser, parse_body, parse_label
 
 
 def test_round_trip_is_stable_and_keeps_the_language() -> None:
@@ -52,12 +47,6 @@ def test_text() -> None:
     )
     again = from_hoa(to_hoa(automaton))
     assert (again.aps, again.formula) == (automaton.aps, automaton.formula)
-
-
-def hoa(
-    body: str, *, header: str = "", ap: str = '2 "a" "b"', acceptance: str = "1 Inf(0)", start: str = "Start: 0"
-) -> str:
-    return f"HOA: v1\n{start}\nAP: {ap}\n{header}\nAcceptance: {acceptance}\n--BODY--\n{body}\n--END--\n"
 
 
 def infinitely_often_a() -> RabinAutomaton:
@@ -119,114 +108,6 @@ def test_incomplete_automaton_gets_a_deadlock() -> None:
 def test_no_initial_state_accepts_nothing() -> None:
     assert is_empty(from_hoa(hoa("State: 0 [t] 0", start="States: 1", acceptance="0 t")))
     assert is_empty(from_hoa("HOA: v1 States: 0 Acceptance: 0 t --BODY-- --END--"))
-
-
-# Acceptance conditions
-
-NAMED = {
-    "Buchi": "1 Inf(0)",
-    "co-Buchi": "1 Fin(0)",
-    "generalized-Buchi 3": "3 Inf(0)&Inf(1)&Inf(2)",
-    "generalized-co-Buchi 3": "3 Fin(0)|Fin(1)|Fin(2)",
-    "promises": "3 Inf(!0) & Inf(!1) & Inf(!2)",
-    "Streett 1": "2 Fin(0)|Inf(1)",
-    "Streett 2": "4 (Fin(0)|Inf(1))&(Fin(2)|Inf(3))",
-    "Rabin 2": "4 (Fin(0)&Inf(1))|(Fin(2)&Inf(3))",
-    "Krishnan": "4 (Inf(0)&Fin(!1))|(Inf(2)&Fin(!3))",
-    "generalized-Rabin 2 2 1": "5 (Fin(0)&Inf(1)&Inf(2))|(Fin(3)&Inf(4))",
-    "parity min even 4": "4 Inf(0) | (Fin(1) & (Inf(2) | Fin(3)))",
-    "parity min odd 4": "4 Fin(0) & (Inf(1) | (Fin(2) & Inf(3)))",
-    "parity max even 4": "4 Fin(3) & (Inf(2) | (Fin(1) & Inf(0)))",
-    "parity max odd 5": "5 Fin(4) & (Inf(3) | (Fin(2) & (Inf(1) | Fin(0))))",
-    "all": "0 t",
-    "none": "0 f",
-    "contradiction": "1 Fin(0) & Inf(0)",
-    "mixture": "3 (Fin(!0) | Inf(1) & t) & (Inf(2) | Inf(0) & Fin(2) | f)",
-}
-
-
-def holds(condition: str, seen: set[int], n_sets: int, others_seen: set[int]) -> bool:
-    """Truth of a condition: `seen` are the sets met infinitely often, `others_seen` those whose complement is."""
-
-    def atom(match: re.Match[str]) -> str:
-        met = int(match[3]) in (others_seen if match[2] else seen)
-        return str(met if match[1] == "Inf" else not met)
-
-    words = re.sub(r"(Fin|Inf)\((!?)(\d+)\)", atom, condition.split(" ", 1)[1])
-    words = re.sub(r"\bt\b", "True", re.sub(r"\bf\b", "False", words))
-    return evaluate(words)
-
-
-def evaluate(text: str) -> bool:
-    """Value of an expression of True, False, &, | and brackets."""
-    text = text.replace(" ", "")
-    while text not in ("True", "False"):
-        shorter = re.sub(r"\((True|False)\)", r"\1", text)
-        shorter = re.sub(r"(True|False)&(True|False)", lambda m: str(m[1] == m[2] == "True"), shorter, count=1)
-        if shorter == text:
-            shorter = re.sub(
-                r"(?<!&)(True|False)\|(True|False)(?!&)", lambda m: str("True" in (m[1], m[2])), text, count=1
-            )
-        assert shorter != text, text
-        text = shorter
-    return text == "True"
-
-
-def test_pairs_are_those_of_a_translation() -> None:
-    """Streett conditions, read and translated: one way to Rabin pairs, hence the same sizes."""
-    for n in (1, 2, 3):
-        condition = "&".join(f"(Fin({2 * i})|Inf({2 * i + 1}))" for i in range(n))
-        names = " ".join(f'"p{i}"' for i in range(2 * n))
-        letters = (
-            f"[{'&'.join(f'{i}' if letter >> i & 1 else f'!{i}' for i in range(2 * n))}] 0 "
-            f"{{{' '.join(str(i) for i in range(2 * n) if letter >> i & 1)}}}"
-            for letter in range(4**n)
-        )
-        text = hoa("State: 0 " + " ".join(letters), ap=f"{2 * n} {names}", acceptance=f"{2 * n} {condition}")
-        formula = " & ".join(f"(GF p{2 * i} -> GF p{2 * i + 1})" for i in range(n))
-        read, translated = from_hoa(text), ltlc.compile(formula, acceptance="transition")
-        assert equivalent(read, translated)
-        assert (read.n_states, read.n_pairs) == (translated.n_states, translated.n_pairs)
-
-
-@pytest.mark.parametrize("on_states", [False, True])
-@pytest.mark.parametrize("name", NAMED)
-def test_acceptance_condition_means_what_it_says(name: str, on_states: bool) -> None:
-    condition = NAMED[name]
-    n_sets = int(condition.split()[0])
-    rng = np.random.default_rng(sum(name.encode()) + on_states)
-    for _ in range(6):
-        skeleton = random_automaton(rng, 4, 2, 0, "state")
-        marks = rng.random((n_sets, 4, 4)) < 0.35
-        if on_states:
-            marks[:] = marks[:, :, :1]
-        body = []
-        for q in range(4):
-            own = " ".join(str(i) for i in range(n_sets) if marks[i, q, 0])
-            body.append(f"State: {q} {{{own}}}" if on_states else f"State: {q}")
-            for letter in range(4):
-                sets = " ".join(str(i) for i in range(n_sets) if marks[i, q, letter])
-                target = skeleton.delta[q, skeleton.letter_class[letter]]
-                body.append(f"{target}" if on_states else f"{target} {{{sets}}}")
-        text = hoa("\n".join(body), acceptance=condition, start=f"Start: {skeleton.initial_state}")
-        automaton = from_hoa(text)
-        assert automaton.acceptance == ("state" if on_states or not marks.any() else "transition")
-        for prefix, cycle in random_lassos(rng, 4, 40):
-            met = recurring(skeleton, prefix, cycle)
-            seen = {i for i in range(n_sets) if any(marks[i, q, letter] for q, letter in met)}
-            others = {i for i in range(n_sets) if any(not marks[i, q, letter] for q, letter in met)}
-            assert automaton.accepts_letters(prefix, cycle) == holds(condition, seen, n_sets, others)
-
-
-def recurring(automaton: RabinAutomaton, prefix: tuple[int, ...], cycle: tuple[int, ...]) -> set[tuple[int, int]]:
-    """The (state, letter) pairs that a run meets for ever: those after many rounds."""
-    state, met = automaton.initial_state, set()
-    rounds = automaton.n_states + 1
-    for i, letter in enumerate((*prefix, *cycle * (2 * rounds))):
-        if i >= len(prefix) + len(cycle) * rounds:
-            met.add((state, letter))
-        state = int(automaton.delta[state, automaton.letter_class[letter]])
-    return met
 
 
 # Streams
@@ -320,197 +201,6 @@ def test_wrong_text(text: str, message: str) -> None:
     with pytest.raises(FileFormatError) as caught:
         from_hoa(text)
     assert message in str(caught.value)
-
-
-# What a file claims
-
-
-def claiming(claims: str, body: str = "State: 0 {0} [0] 0 [!0] 1 State: 1 [t] 1", **parts: str) -> str:
-    return hoa(body, header=f"properties: {claims}", **parts)
-
-
-HOLDS = [
-    claiming("complete deterministic unambiguous state-acc explicit-labels trans-labels no-univ-branch !colored"),
-    claiming("weak very-weak inherently-weak !terminal", "State: 0 [0] 0 {0} [!0] 1 State: 1 [t] 1"),
-    claiming("!weak !very-weak inherently-weak", "State: 0 [0] 0 {0} [!0] 1 State: 1 [t] 0 {0} State: 2 [t] 2 {0}"),
-    claiming("!inherently-weak colored", "State: 0 [0] 0 {0} [!0] 0 {1}", acceptance="2 Inf(0)"),
-    claiming("terminal weak", "State: 0 [0] 0 [!0] 1 State: 1 [t] 1 {0}"),
-    claiming("weak !very-weak !terminal", "State: 0 {0} [0] 1 State: 1 {0} [t] 0"),
-    claiming("state-labels state-acc explicit-labels", "State: [0] 0 1 State: [1] 1 0"),
-    claiming("implicit-labels trans-labels complete", "State: 0 0 0 {0} 0 0"),
-    claiming("stutter-invariant tight !tight unknown !unknown"),
-]
-"""files that claim what is so"""
-
-FAILS = [
-    (claiming("complete", "State: 0 [0] 0"), "line 7, column 8: state 0 has no edge for the letter !a & !b"),
-    (claiming("complete", "State: 0 [t] 0 State: 1"), "line 7, column 23: state 1 has no edge for the letter !a & !b"),
-    (claiming("complete", start=""), "there is no initial state, though line 4 claims `complete`"),
-    (claiming("!deterministic"), "line 4, column 14: `!deterministic` does not hold"),
-    (claiming("exist-branch"), "`exist-branch` does not hold"),
-    (claiming("univ-branch"), "`univ-branch` does not hold"),
-    (claiming("!unambiguous"), "`!unambiguous` does not hold"),
-    (claiming("state-acc", "State: 0 [t] 0 {0}"), "line 7, column 16: this edge has marks, though line 4 claims"),
-    (claiming("trans-acc", "State: 0 {0} [t] 0"), "line 7, column 10: state 0 has marks, though line 4 claims"),
-    (claiming("implicit-labels"), "line 7, column 14: this edge has a label, though"),
-    (claiming("implicit-labels", "State: [0] 0 0"), "line 7, column 8: state 0 has a label, though"),
-    (claiming("trans-labels", "State: [0] 0 0"), "state 0 has a label, though line 4 claims `trans-labels`"),
-    (claiming("state-labels"), "this edge has a label, though line 4 claims `state-labels`"),
-    (claiming("explicit-labels", "State: 0 0 0 0 0"), "state 0 has neither a label nor edges with labels"),
-    (claiming("colored"), "`colored` does not hold"),
-    (claiming("weak", "State: 0 [0] 0 {0} [!0] 1 State: 1 [t] 0"), "`weak` does not hold"),
-    (claiming("very-weak", "State: 0 [0] 0 {0} [!0] 1 {0} State: 1 [t] 0 {0}"), "`very-weak` does not hold"),
-    (claiming("inherently-weak", "State: 0 [0] 0 {0} [!0] 0"), "`inherently-weak` does not hold"),
-    (claiming("terminal"), "`terminal` does not hold"),
-    (claiming("terminal", "State: 0 {0} [0] 0"), "`terminal` does not hold"),
-    (claiming("!weak"), "`!weak` does not hold"),
-]
-
-
-@pytest.mark.parametrize("text", HOLDS)
-def test_claims_that_hold(text: str) -> None:
-    from_hoa(text)
-
-
-@pytest.mark.parametrize(("text", "message"), FAILS)
-def test_claims_that_fail(text: str, message: str) -> None:
-    with pytest.raises(FileFormatError) as caught:
-        from_hoa(text)
-    assert message in str(caught.value)
-
-
-def test_a_lost_line_is_noticed_or_changes_nothing() -> None:
-    for automaton in random_automata(30, max_states=4):
-        lines = to_hoa(automaton).splitlines(keepends=True)
-        for i in range(len(lines)):
-            try:
-                again = from_hoa("".join(lines[:i] + lines[i + 1 :]))
-            except FileFormatError:
-                continue
-            assert i < lines.index("--BODY--\n")
-            assert again.aps == () if lines[i].startswith("AP:") else equivalent(again, automaton)
-
-
-NAMES = ["Buchi", "co-Buchi", "all", "none", "Rabin 1", "Rabin 2", "Streett 1", "Streett 2", "generalized-Buchi 3"]
-NAMES += ["generalized-co-Buchi 3", "generalized-Rabin 2 2 1", "parity min even 4", "parity max odd 5"]
-
-
-def test_names_of_conditions() -> None:
-    for name in NAMES:
-        for other, condition in NAMED.items():
-            text = hoa("State: 0 [t] 0", header=f"acc-name: {name}", acceptance=condition)
-            if name == other:
-                from_hoa(text)
-            elif other in NAMES:
-                with pytest.raises(
-                    FileFormatError, match=f"line 4, column 1: the condition .* is not what is called {name}"
-                ):
-                    from_hoa(text)
-    for name in ("Rabin", "Rabin 1 2", "parity up odd 3", "very-strange 3", "generalized-Rabin 2 1"):  # not defined
-        from_hoa(hoa("State: 0 [t] 0", header=f"acc-name: {name}"))
-    with pytest.raises(FileFormatError, match="is not what is called Rabin 999999999"):
-        from_hoa(hoa("State: 0 [t] 0", header="acc-name: Rabin 999999999"))
-    old = "5 Inf(0) | (Fin(0)&Fin(1)&Inf(2)) | (Fin(0)&Fin(1)&Fin(2)&Fin(3)&Inf(4))"  # as in the first text of v1
-    from_hoa(hoa("State: 0 [t] 0", header="acc-name: parity min even 5", acceptance=old))
-
-
-def test_sets_that_nothing_carries_make_no_pairs() -> None:
-    condition = "Fin(0)"
-    for i in range(1, 411):
-        condition = f"{'Inf' if i % 2 else 'Fin'}({i}) {'|' if i % 2 else '&'} ({condition})"
-    edges = " ".join(f"State: {q} [0] {(q + 1) % 34} {{{200 + q % 3}}} [!0] {q // 2} {{7}}" for q in range(34))
-    text = hoa(edges, ap='1 "a"', acceptance=f"411 {condition}", header="acc-name: parity max odd 411")
-    automaton = from_hoa(text)
-    assert (automaton.n_states, automaton.n_pairs) == (34, 2)
-    few = "5 Fin(4) & (Inf(3) | (Fin(2) & (Inf(1) | Fin(0))))"
-    for old, new in ((7, 1), (200, 2), (201, 3), (202, 4)):
-        edges = edges.replace(f"{{{old}}}", f"{{{new}}}")
-    assert equivalent(automaton, from_hoa(hoa(edges, ap='1 "a"', acceptance=few)))
-
-
-def test_header_names_with_dots_and_denied_properties() -> None:
-    text = hoa(
-        "State: 0 [t] 0", header='spot.highlight.states: 0 3\nspot.x-y: t "s"\nproperties: deterministic !weak.x'
-    )
-    assert from_hoa(text.replace("v1", "v1.1")).n_states == 1
-
-
-def test_bodies_are_read_as_the_grammar_says() -> None:
-    rng = random.Random(7)
-    words = [
-        "State:",
-        "0",
-        "1",
-        "17",
-        "01",
-        "[0]",
-        "[ !0 ]",
-        "[t",
-        "{0}",
-        "{ 0 0 }",
-        "{",
-        "&",
-        '"s"',
-        '"\\""',
-        "x",
-    ]
-    for _ in range(3_000):
-        body = "".join(rng.choice(words) + rng.choice(["", " ", "\n"]) for _ in range(rng.randint(1, 9)))
-        if rng.random() < 0.7:
-            body = f"State: 0 {body}"
-        text = f"HOA: v1 Acceptance: 1 t --BODY-- {body} --END--"
-        start = text.index("--BODY--") + 8
-        try:
-            list(parse_body(text, start))
-            fits = True
-        except HoaSyntaxError:
-            fits = False
-        try:
-            _parser().parse(text[: text.index("--END--") + 7] if fits else text, start="automaton")
-        except UnexpectedInput:
-            assert not fits, text
-        else:
-            assert fits, text
-
-
-def test_labels_are_read_as_the_grammar_says() -> None:
-    rng = random.Random(8)
-    words = ["0", "1", "12", "@a", "t", "f", "!", "&", "|", "(", ")", "a", " "]
-    for _ in range(3_000):
-        text = "[" + "".join(rng.choice(words) for _ in range(rng.randint(1, 8))) + "]"
-        try:
-            expected = _parser().parse(text, start="label")
-        except UnexpectedInput:
-            expected = None
-        try:
-            assert parse_label(text) is expected
-        except HoaSyntaxError:
-            assert expected is None
-
-
-def test_too_many_propositions() -> None:
-    names = " ".join(f'"p{i}"' for i in range(21))
-    with pytest.raises(AlphabetLimitExceeded, match="21 propositions; at most 20"):
-        from_hoa(hoa("State: 0 [t] 0", ap=f"21 {names}"))
-    many = " ".join(f"State: {q} [{q % 20}] {q} [!{q % 20}] 0" for q in range(200))
-    with pytest.raises(AlphabetLimitExceeded, match="200 states times 1048576 letter classes"):
-        from_hoa(hoa(many, ap=f"20 {names.rsplit(' ', 1)[0]}", acceptance="0 t"))
-
-
-def test_thousands_of_states_are_quick() -> None:
-    automaton = random_automaton(np.random.default_rng(0), 2000, 2, 2, "transition")
-    text = to_hoa(automaton)
-    begin = time.perf_counter()
-    again = from_hoa(text)
-    assert time.perf_counter() - begin < 20
-    assert to_hoa(again) == text
-
-
-def test_deeply_nested_label() -> None:
-    label = "!(" * 10_001 + "0" + ")" * 10_001
-    automaton = from_hoa(hoa(f"State: 0 [{label}] 0 {{0}} [0] 0"))
-    assert automaton.accepts(cycle=[set()])
-    assert not automaton.accepts(cycle=[{"a"}])
 
 
 # Spot, where it is installed
