@@ -5,9 +5,10 @@ Examples: docs/examples.md.
 
 from ltlc.automata.alphabet import Alphabet, guard_text
 from ltlc.automata.annotate import Annotations, ComponentKind, annotate
-from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
+from ltlc.automata.buchi import BuchiAutomaton
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import counterexample, equivalent, included, is_empty
+from ltlc.automata.emerson_lei import LetterEdge
 from ltlc.automata.languages import equivalent_states
 from ltlc.automata.marks import buchi_edges, simplify_marks
 from ltlc.automata.pair_choice import limit_deterministic
@@ -20,8 +21,8 @@ __all__ = [
     "Alphabet",
     "Annotations",
     "BuchiAutomaton",
-    "BuchiEdge",
     "ComponentKind",
+    "LetterEdge",
     "RabinAutomaton",
     "RabinPair",
     "Refinement",

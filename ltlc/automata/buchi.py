@@ -4,24 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from ltlc.automata.acceptance import Clause
+from ltlc.automata.emerson_lei import LetterEdge
 from ltlc.automata.emptiness import accepting_nodes
 from ltlc.errors import InvalidAutomatonError
-
-
-class BuchiEdge(NamedTuple):
-    """An edge for every letter of a set.
-
-    Attributes:
-        letters: bit k = letter (or letter class) k is read.
-        marks: bit i = the edge is in acceptance set i.
-    """
-
-    letters: int
-    target: int
-    marks: int
 
 
 @dataclass(frozen=True)
@@ -40,7 +27,7 @@ class BuchiAutomaton:
 
     n_letters: int
     initial: tuple[int, ...]
-    edges: tuple[tuple[BuchiEdge, ...], ...]
+    edges: tuple[tuple[LetterEdge, ...], ...]
     n_sets: int
 
     def __post_init__(self) -> None:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ltlc.automata.acceptance import exactly_one, only_first
 from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
-from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_walk
+from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_walk
 from ltlc.automata.rabin import MAX_APS, RabinAutomaton
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
@@ -38,7 +38,7 @@ class _Product(NamedTuple):
     letters: IntArray
     """shape (n_letters,); one letter over `aps` for each joint letter class."""
 
-    def letters_along(self, edges: Sequence[Edge]) -> list[int]:
+    def letters_along(self, edges: Sequence[MarkedEdge]) -> list[int]:
         """Letters that lead along these edges."""
         columns = (
             next(c for c in range(len(self.letters)) if self.delta[q][c] == target and self.marks[q][c] == marks)

@@ -13,16 +13,9 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from ltlc.automata.acceptance import Acceptance, Clause, TooManyClausesError, holds, negation
+from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import strong_parts
 from ltlc.budget import check_time
-
-
-class InnerEdge(NamedTuple):
-    """An edge that stays in its strong component."""
-
-    source: int
-    target: int
-    marks: int
 
 
 class _Node(NamedTuple):
@@ -49,14 +42,14 @@ class CycleDecomposition:
     """
 
     def __init__(
-        self, condition: Acceptance, edges: Sequence[InnerEdge], max_nodes: int, max_work: int | None = None
+        self, condition: Acceptance, edges: Sequence[MarkedEdge], max_nodes: int, max_work: int | None = None
     ) -> None:
         self._edges = edges
         self._number = {edge: i for i, edge in enumerate(edges)}
         everything = frozenset(range(len(edges)))
         seen = 0
-        for edge in edges:
-            seen |= edge.marks
+        for _, _, marks in edges:
+            seen |= marks
         self.root_accepts = holds(condition, seen)
         try:
             ways = {True: condition, False: negation(condition, max_nodes, with_promises=True)}
@@ -78,7 +71,7 @@ class CycleDecomposition:
         self.depth = max(node.depth for node in self._nodes)
 
     def _node(self, edges: frozenset[int], parent: int, depth: int) -> _Node:
-        return _Node(edges, frozenset(self._edges[e].source for e in edges), parent, depth)
+        return _Node(edges, frozenset(self._edges[e][0] for e in edges), parent, depth)
 
     def _maximal_parts(self, edges: frozenset[int], ways: Acceptance) -> list[frozenset[int]]:
         """The largest strongly connected sets of edges whose cycles, taken together, satisfy a clause."""
@@ -97,7 +90,7 @@ class CycleDecomposition:
     def _parts(self, edges: frozenset[int], clause: Clause) -> Iterable[frozenset[int]]:
         """The largest strongly connected sets of edges that satisfy one clause."""
         found = []
-        todo = strong_parts([self._edges[e] for e in edges if not self._edges[e].marks & clause.fin])
+        todo = strong_parts([self._edges[e] for e in edges if not self._edges[e][2] & clause.fin])
         while todo:
             part, seen = todo.pop()
             broken = 0
@@ -107,7 +100,7 @@ class CycleDecomposition:
             if broken:
                 todo += strong_parts([edge for edge in part if not edge[2] & broken])
             elif not clause.inf & ~seen:
-                found.append(frozenset([self._number[InnerEdge(*edge)] for edge in part]))
+                found.append(frozenset([self._number[edge] for edge in part]))
         return found
 
     def n_leaves(self, states: Iterable[int]) -> int:
@@ -129,7 +122,7 @@ class CycleDecomposition:
                 return node
             node = child
 
-    def step(self, leaf: int, edge: InnerEdge) -> tuple[int, int]:
+    def step(self, leaf: int, edge: MarkedEdge) -> tuple[int, int]:
         """The leaf after an edge, and the depth of the lowest node above the leaf that has the edge.
 
         A run of leaves takes for ever the least such depth of the cycle that it settles in: even iff it is judged like
@@ -139,8 +132,8 @@ class CycleDecomposition:
         came_from, node = -1, leaf
         while number not in self._nodes[node].edges:
             came_from, node = node, self._nodes[node].parent
-        following = self._next_child(node, came_from, edge.target)
-        return self.leaf(edge.target, following), self._nodes[node].depth
+        following = self._next_child(node, came_from, edge[1])
+        return self.leaf(edge[1], following), self._nodes[node].depth
 
     def _next_child(self, node: int, came_from: int, state: int) -> int:
         """The child after `came_from`, in cyclic order, that contains the state; the node itself if there is none."""

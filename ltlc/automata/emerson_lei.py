@@ -22,8 +22,13 @@ from ltlc.graph import bits
 State = TypeVar("State", bound=Hashable)
 
 
-class Edge(NamedTuple):
-    """The letters on which the automaton moves to `target`, and the marks seen on the way."""
+class LetterEdge(NamedTuple):
+    """An edge for every letter of a set.
+
+    Attributes:
+        letters: bit k = letter (or letter class) k is read.
+        marks: bit i = the edge has mark i, or is in acceptance set i.
+    """
 
     letters: int
     target: int
@@ -41,7 +46,7 @@ class EmersonLei:
 
     def __init__(
         self,
-        edges: tuple[tuple[Edge, ...], ...],
+        edges: tuple[tuple[LetterEdge, ...], ...],
         acceptance: tuple[Acceptance, ...],
         component: list[int] | None = None,
     ) -> None:
@@ -66,7 +71,7 @@ class EmersonLei:
             self._component = graph.strong_components([[edge.target for edge in edges] for edges in self.edges])
         return self._component
 
-    def relabelled(self, edges: tuple[tuple[Edge, ...], ...], acceptance: tuple[Acceptance, ...]) -> EmersonLei:
+    def relabelled(self, edges: tuple[tuple[LetterEdge, ...], ...], acceptance: tuple[Acceptance, ...]) -> EmersonLei:
         """Other marks and conditions on the same graph, whose strong components are not looked for again."""
         return EmersonLei(edges, acceptance, self.component)
 
@@ -75,11 +80,11 @@ def explore(
     initial: State,
     successors: Callable[[State], Iterable[tuple[int, State, int]]],
     budget: Budget,
-) -> tuple[list[State], list[list[Edge]]]:
+) -> tuple[list[State], list[list[LetterEdge]]]:
     """Number the states reachable from `initial` breadth-first, by least letter; merge edges with target and marks."""
     number = {initial: 0}
     states = [initial]
-    edges: list[list[Edge]] = []
+    edges: list[list[LetterEdge]] = []
     n_edges = widest = 0
     for state in states:  # grows while it is read
         check_time()
@@ -98,9 +103,9 @@ def explore(
     return states, edges
 
 
-def merged(moves: Iterable[tuple[int, int, int]]) -> list[Edge]:
+def merged(moves: Iterable[tuple[int, int, int]]) -> list[LetterEdge]:
     """One edge per target and marks, in the order in which they first appear; moves are (letters, target, marks)."""
-    return [Edge(letters, target, marks) for (target, marks), letters in _letters_by_move(moves).items()]
+    return [LetterEdge(letters, target, marks) for (target, marks), letters in _letters_by_move(moves).items()]
 
 
 def _letters_by_move(moves: Iterable[tuple[int, int, int]]) -> dict[tuple[int, int], int]:
@@ -163,7 +168,7 @@ def _implied(seen: Iterable[int]) -> dict[int, int]:
     return implied
 
 
-def refine(edges: Sequence[Sequence[Edge]], initial: Iterable[Hashable]) -> list[int]:
+def refine(edges: Sequence[Sequence[LetterEdge]], initial: Iterable[Hashable]) -> list[int]:
     """The coarsest partition finer than `initial` that the successors respect (bisimulation), as class numbers.
 
     Edges are compared with their marks; classes are numbered by their first state.

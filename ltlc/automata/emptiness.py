@@ -15,7 +15,7 @@ from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.budget import check_time
 
 MarkedGraph = Sequence[Sequence[tuple[int, int]]]
-Edge = tuple[int, int, int]
+MarkedEdge = tuple[int, int, int]
 """source, target, marks."""
 
 
@@ -84,7 +84,9 @@ def accepting_nodes(
     return {node for part in accepting_parts(edges, acceptance, components) for node in part.nodes}
 
 
-def accepting_walk(edges: MarkedGraph, acceptance: Acceptance, start: int) -> tuple[list[Edge], list[Edge]] | None:
+def accepting_walk(
+    edges: MarkedGraph, acceptance: Acceptance, start: int
+) -> tuple[list[MarkedEdge], list[MarkedEdge]] | None:
     """A prefix from `start` and a cycle that together make an accepted walk, or None if there is none."""
     order = graph.reachable([[target for target, _ in row] for row in edges], [start])
     part = next(accepting_parts(edges, acceptance, [sorted(order)]), None)
@@ -92,12 +94,12 @@ def accepting_walk(edges: MarkedGraph, acceptance: Acceptance, start: int) -> tu
         return None
     inside, avoided = set(part.nodes), part.avoided
 
-    def within(edge: Edge) -> bool:
+    def within(edge: MarkedEdge) -> bool:
         return edge[1] in inside and not edge[2] & avoided
 
     prefix = [] if start in inside else _path(edges, start, lambda edge: edge[1] in inside)
     entry = prefix[-1][1] if prefix else start
-    cycle: list[Edge] = []
+    cycle: list[MarkedEdge] = []
     missing = part.needed
     while missing:
         cycle += _path(edges, cycle[-1][1] if cycle else entry, partial(_takes, missing), within)
@@ -108,19 +110,19 @@ def accepting_walk(edges: MarkedGraph, acceptance: Acceptance, start: int) -> tu
     return prefix, cycle
 
 
-def _takes(wanted: int, edge: Edge) -> bool:
+def _takes(wanted: int, edge: MarkedEdge) -> bool:
     return bool(edge[2] & wanted)
 
 
 def _path(
     edges: MarkedGraph,
     start: int,
-    is_goal: Callable[[Edge], bool],
-    allowed: Callable[[Edge], bool] = lambda _: True,
-) -> list[Edge]:
+    is_goal: Callable[[MarkedEdge], bool],
+    allowed: Callable[[MarkedEdge], bool] = lambda _: True,
+) -> list[MarkedEdge]:
     """A shortest path of allowed edges from `start` whose last edge is a goal; the caller knows that there is one."""
     check_time()
-    arrival: dict[int, Edge | None] = {start: None}
+    arrival: dict[int, MarkedEdge | None] = {start: None}
     queue = [start]
     for node in queue:  # grows while it is read
         for target, marks in edges[node]:

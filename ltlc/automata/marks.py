@@ -17,14 +17,14 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, rabin_pair
 from ltlc.automata.canonical import CANONICAL, tells_columns_apart
-from ltlc.automata.emptiness import Edge, accepting_parts
+from ltlc.automata.emptiness import MarkedEdge, accepting_parts
 from ltlc.automata.rabin import BoolArray, RabinAutomaton
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
 
 SIMPLE_MARKS = "simple marks"
 """the name of the form in `RabinAutomaton.forms`."""
-EdgePair = tuple[set[Edge], set[Edge]]
+EdgePair = tuple[set[MarkedEdge], set[MarkedEdge]]
 """Fin and Inf edges of one pair in one strong component."""
 
 
@@ -75,7 +75,7 @@ def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:
         ISAAC 1994, doi 10.1007/3-540-58325-4_202; here for marks on edges.
     """
     automaton = to_transition_based(automaton)
-    chosen: set[Edge] = set()
+    chosen: set[MarkedEdge] = set()
     for component in components(automaton):
         final = component.buchi_edges()
         if final is None:
@@ -103,12 +103,12 @@ class Component:
     """A strong component, with marks as in `RabinAutomaton.edge_marks`."""
 
     nodes: list[int]
-    edges: list[Edge]
+    edges: list[MarkedEdge]
     n_pairs: int
     on_states: bool
     """whether all edges into a state must get the same marks."""
 
-    def buchi_edges(self) -> set[Edge] | None:
+    def buchi_edges(self) -> set[MarkedEdge] | None:
         """The edges on no rejected cycle if every accepted cycle has one, else None: no choice of edges does then."""
         inner = set(self.edges)
         bad = self.rejected(inner)
@@ -163,18 +163,18 @@ class Component:
                 kept.remove(i)
         return [pairs[i] for i in kept]
 
-    def accepted(self, pairs: Sequence[int], edges: set[Edge]) -> set[Edge]:
+    def accepted(self, pairs: Sequence[int], edges: set[MarkedEdge]) -> set[MarkedEdge]:
         """The edges on a cycle, among these, that some of the pairs accepts."""
-        found: list[list[Edge]] = []
+        found: list[list[MarkedEdge]] = []
         for i in pairs:
             fin, inf = 1 << 2 * i, 2 << 2 * i
             parts = strong_parts(edge for edge in edges if not edge[2] & fin)
             found += [part for part, seen in parts if seen & inf]
         return self.covered(found)
 
-    def rejected(self, edges: set[Edge]) -> set[Edge]:
+    def rejected(self, edges: set[MarkedEdge]) -> set[MarkedEdge]:
         """The edges on a cycle, among these, that no pair accepts: a Streett condition (Emerson and Lei 1987)."""
-        found: list[list[Edge]] = []
+        found: list[list[MarkedEdge]] = []
         todo = strong_parts(edges)
         while todo:
             part, seen = todo.pop()
@@ -185,7 +185,7 @@ class Component:
                 found.append(part)
         return self.covered(found)
 
-    def covered(self, parts: Sequence[Sequence[Edge]]) -> set[Edge]:
+    def covered(self, parts: Sequence[Sequence[MarkedEdge]]) -> set[MarkedEdge]:
         """The edges of these strongly connected parts; with marks on states, all edges into their states."""
         found = {edge for part in parts for edge in part}
         if self.on_states:
@@ -193,14 +193,14 @@ class Component:
             found = {edge for edge in self.edges if edge[1] in targets}
         return found
 
-    def on_cycles(self, acceptance: Acceptance) -> set[Edge]:
+    def on_cycles(self, acceptance: Acceptance) -> set[MarkedEdge]:
         """The edges on a cycle that satisfies the condition; with marks on states, all edges into such states."""
         index = {node: i for i, node in enumerate(self.nodes)}
         rows: list[list[tuple[int, int]]] = [[] for _ in self.nodes]
         for edge in self.edges:
             rows[index[edge[0]]].append((index[edge[1]], edge[2]))
         targets: set[int] = set()
-        found: set[Edge] = set()
+        found: set[MarkedEdge] = set()
         for part in accepting_parts(rows, acceptance):
             check_time()
             inside = {self.nodes[i] for i in part.nodes}
@@ -210,7 +210,7 @@ class Component:
         return {edge for edge in self.edges if edge[1] in targets} if self.on_states else found
 
 
-def strong_parts(edges: Iterable[Edge]) -> list[tuple[list[Edge], int]]:
+def strong_parts(edges: Iterable[MarkedEdge]) -> list[tuple[list[MarkedEdge], int]]:
     """The edges inside each strong component of a set of edges, and the marks that they have together."""
     edges = sorted(edges)
     number: dict[int, int] = {}
@@ -219,7 +219,7 @@ def strong_parts(edges: Iterable[Edge]) -> list[tuple[list[Edge], int]]:
         number.setdefault(target, len(number))
     arcs = [(number[source], number[target]) for source, target, _ in edges]
     component = graph.strong_components(graph.from_edges(len(number), arcs))
-    parts: dict[int, list[Edge]] = {}
+    parts: dict[int, list[MarkedEdge]] = {}
     seen: dict[int, int] = {}
     for edge, (source, target) in zip(edges, arcs, strict=True):
         here = component[source]

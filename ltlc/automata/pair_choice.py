@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.emptiness import Edge
+from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import Component, components
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.refinement import Refinement
@@ -32,8 +32,8 @@ def limit_deterministic(automaton: RabinAutomaton) -> Refinement:
         analysis and reinforcement learning, TACAS 2020, doi 10.1007/978-3-030-45190-5_17.
     """
     automaton = to_transition_based(automaton)
-    accepting: set[Edge] = set()
-    parts: list[tuple[int, set[Edge], set[Edge]]] = []
+    accepting: set[MarkedEdge] = set()
+    parts: list[tuple[int, set[MarkedEdge], set[MarkedEdge]]] = []
     for component in components(automaton):
         pairs = component.pairs()
         if not any(fin for fin, _ in pairs):
@@ -67,18 +67,18 @@ def limit_deterministic(automaton: RabinAutomaton) -> Refinement:
     )
 
 
-def _parts(component: Component, fin: set[Edge]) -> list[set[Edge]]:
+def _parts(component: Component, fin: set[MarkedEdge]) -> list[set[MarkedEdge]]:
     """The strongly connected parts of the component without the Fin edges."""
     number = {node: i for i, node in enumerate(component.nodes)}
     allowed = [edge for edge in component.edges if edge not in fin]
     part = graph.strong_components(graph.from_edges(len(number), ((number[s], number[t]) for s, t, _ in allowed)))
-    parts: dict[int, set[Edge]] = {}
+    parts: dict[int, set[MarkedEdge]] = {}
     for edge in allowed:
         if part[number[edge[0]]] == part[number[edge[1]]]:
             parts.setdefault(part[number[edge[0]]], set()).add(edge)
     return [parts[key] for key in sorted(parts)]
 
 
-def _edges(automaton: RabinAutomaton, state: int) -> list[Edge]:
+def _edges(automaton: RabinAutomaton, state: int) -> list[MarkedEdge]:
     """The edges of a state, a letter class each."""
     return [(state, t, m) for t, m in zip(automaton.rows[state], automaton.edge_marks[state], strict=True)]

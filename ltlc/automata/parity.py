@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from ltlc.automata.acceptance import holds, rabin
-from ltlc.automata.cycles import CycleDecomposition, InnerEdge
-from ltlc.automata.emptiness import Edge
+from ltlc.automata.cycles import CycleDecomposition
+from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
@@ -21,7 +21,7 @@ from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import MAX_STATES, check_time
 from ltlc.errors import StateLimitExceeded
 
-Colours = dict[Edge, int]
+Colours = dict[MarkedEdge, int]
 Copy = tuple[int, int]
 """A state and a record; where no record is needed, it is 0."""
 
@@ -82,9 +82,8 @@ def to_parity(automaton: RabinAutomaton, *, max_states: int = MAX_STATES) -> Ref
     for component in components(automaton):
         own = _component_colours(component)
         if own is None:
-            edges = [InnerEdge(*edge) for edge in component.edges]
             try:
-                cycles = CycleDecomposition(rabin(component.n_pairs), edges, max_states)
+                cycles = CycleDecomposition(rabin(component.n_pairs), component.edges, max_states)
             except OverflowError:
                 raise _too_large(max_states) from None
             records |= dict.fromkeys(component.nodes, cycles)
@@ -100,7 +99,7 @@ def _component_colours(component: Component) -> Colours | None:
     return colours if _colour(component, set(component.edges), colours) is not None else None
 
 
-def _colour(component: Component, edges: set[Edge], colours: Colours) -> int | None:
+def _colour(component: Component, edges: set[MarkedEdge], colours: Colours) -> int | None:
     """Colour strongly connected edges; returns the largest colour, or None if there are no such colours.
 
     Edges on no cycle that is judged otherwise than all edges together get the largest colour. The others fall into
@@ -119,7 +118,7 @@ def _colour(component: Component, edges: set[Edge], colours: Colours) -> int | N
     return largest + 1
 
 
-def _accepts(component: Component, edges: set[Edge]) -> bool:
+def _accepts(component: Component, edges: set[MarkedEdge]) -> bool:
     """Whether a run that takes exactly these edges for ever is accepted."""
     seen = 0
     for _, _, marks in edges:
@@ -127,7 +126,7 @@ def _accepts(component: Component, edges: set[Edge]) -> bool:
     return holds(rabin(component.n_pairs), seen)
 
 
-def _parts(edges: set[Edge]) -> list[set[Edge]]:
+def _parts(edges: set[MarkedEdge]) -> list[set[MarkedEdge]]:
     """The strongly connected parts of a set of edges."""
     return [set(part) for part, _ in strong_parts(edges)]
 
@@ -152,7 +151,7 @@ def _product(
             copy, colour = enter(target), colours.get(edge, 0)
             if state in records and automaton.scc[state] == automaton.scc[target]:
                 cycles = records[state]
-                after, depth = cycles.step(record, InnerEdge(*edge))
+                after, depth = cycles.step(record, edge)
                 highest = cycles.depth + (cycles.depth + cycles.root_accepts) % 2
                 copy, colour = (target, after), highest - depth
             if copy not in number:

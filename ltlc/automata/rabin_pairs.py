@@ -19,8 +19,9 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance
 from ltlc.automata.alphabet import grouped
-from ltlc.automata.cycles import CycleDecomposition, InnerEdge
-from ltlc.automata.emerson_lei import Edge, EmersonLei, explore, merged
+from ltlc.automata.cycles import CycleDecomposition
+from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
+from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
@@ -48,7 +49,7 @@ class Memory(Protocol):
     def start(self, state: int) -> int:
         """The memory on entering the component in a state."""
 
-    def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
+    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
         """The next memory, and the pairs whose fin and whose inf marks are seen."""
 
 
@@ -76,20 +77,21 @@ class Counters:
         """See `Memory`."""
         return 0
 
-    def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
+    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
         """See `Memory`; the memory is the counters' values in mixed radix."""
+        marks = edge[2]
         following, radix = 0, 1
         met: dict[int, bool] = {}
         for inf, waits in self._waits.items():
             memory, level = divmod(memory, len(waits))
-            level, met[inf] = _advance(level, waits, edge.marks, self._ahead)
+            level, met[inf] = _advance(level, waits, marks, self._ahead)
             following += radix * level
             radix *= len(waits)
         fins = infs = 0
         for i, (fin, inf, _) in enumerate(self._condition):
-            if fin & edge.marks:
+            if fin & marks:
                 fins |= 1 << i
-            if met[inf] if inf in met else not inf & ~edge.marks:
+            if met[inf] if inf in met else not inf & ~marks:
                 infs |= 1 << i
         return following, fins, infs
 
@@ -122,7 +124,7 @@ class CycleMemory:
         """See `Memory`."""
         return self._cycles.leaf(state)
 
-    def move(self, memory: int, edge: InnerEdge) -> tuple[int, int, int]:
+    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
         """See `Memory`."""
         leaf, depth = self._cycles.step(memory, edge)
         fins = sum(1 << i for i, d in enumerate(self._accepting) if d > depth)
@@ -169,12 +171,12 @@ def to_rabin(
     ]
     n_pairs = max(least_pairs, *(memory.n_pairs for memory in memories))
 
-    def move(q: int, memory: int, edge: Edge) -> tuple[int, int]:
+    def move(q: int, memory: int, edge: LetterEdge) -> tuple[int, int]:
         """The next memory, and the pairs whose Fin (high) and Inf (low) marks are seen."""
         here, there = component[q], component[edge.target]
         if here != there:
             return memories[there].start(edge.target), 0
-        following, fins, infs = memories[here].move(memory, InnerEdge(q, edge.target, edge.marks))
+        following, fins, infs = memories[here].move(memory, (q, edge.target, edge.marks))
         return following, fins << n_pairs | infs
 
     def successors(state: tuple[int, int]) -> Iterable[tuple[int, tuple[int, int], int]]:
@@ -186,7 +188,7 @@ def to_rabin(
     def marks_of(q: int, memory: int) -> int:
         """Those of a copy of a state."""
         seen = reduce(int.__or__, (edge.marks for edge in automaton.edges[q]))
-        return move(q, memory, Edge(0, q, seen))[1]
+        return move(q, memory, LetterEdge(0, q, seen))[1]
 
     if all(memory.is_constant for memory in memories):
         copies = [(q, 0) for q in range(automaton.n_states)]
@@ -206,12 +208,7 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
     counters = Counters(condition)
     if way == "counters" or (counters.is_constant and not (way == "cycles" and len(condition) > 1)):
         return counters
-    inner = [
-        InnerEdge(q, e.target, e.marks)
-        for q in members
-        for e in automaton.edges[q]
-        if component[e.target] == component[q]
-    ]
+    inner = [(q, e.target, e.marks) for q in members for e in automaton.edges[q] if component[e.target] == component[q]]
     try:
         cycles = CycleDecomposition(condition, list(dict.fromkeys(inner)), _MAX_CYCLE_NODES, _MAX_CYCLE_WORK)
         decomposition = CycleMemory(cycles)
@@ -221,7 +218,11 @@ def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Seque
 
 
 def _as_arrays(
-    edges: Sequence[Sequence[Edge]], state_marks: Sequence[int] | None, n_pairs: int, n_classes: int, budget: Budget
+    edges: Sequence[Sequence[LetterEdge]],
+    state_marks: Sequence[int] | None,
+    n_pairs: int,
+    n_classes: int,
+    budget: Budget,
 ) -> tuple[IntArray, IntArray, BoolArray, BoolArray]:
     """Dense tables over the coarsest letter classes that the edges respect; marks are those of edges if not of states.
 

@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ltlc.automata.acceptance import Acceptance, rabin, rabin_pair, streett
-from ltlc.automata.emptiness import Edge, MarkedGraph, accepting_parts, accepting_walk
+from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_parts, accepting_walk
 from ltlc.budget import check_time
 
 
@@ -54,7 +54,7 @@ class CycleGraph(NamedTuple):
     """per node: the state of the graph that is to carry the condition, and the state of the automaton."""
     n_pairs: int
 
-    def columns_along(self, walk: Iterable[Edge]) -> tuple[int, ...]:
+    def columns_along(self, walk: Iterable[MarkedEdge]) -> tuple[int, ...]:
         """Columns that lead along a walk."""
         return tuple(self.columns[source][target, marks] for source, target, marks in walk)
 
@@ -93,15 +93,15 @@ class CycleGraph(NamedTuple):
                         seen |= marks
             yield seen >> 2 * self.n_pairs
 
-    def accepted_cycle(self, labels: int) -> list[Edge]:
+    def accepted_cycle(self, labels: int) -> list[MarkedEdge]:
         """An accepted cycle with exactly these labels, which exists."""
         return self._cycle(labels, rabin(self.n_pairs))
 
-    def rejected_cycle(self, labels: int) -> list[Edge]:
+    def rejected_cycle(self, labels: int) -> list[MarkedEdge]:
         """A rejected cycle with exactly these labels, which exists."""
         return self._cycle(labels, (streett(self.n_pairs),))
 
-    def _cycle(self, labels: int, acceptance: Acceptance) -> list[Edge]:
+    def _cycle(self, labels: int, acceptance: Acceptance) -> list[MarkedEdge]:
         acceptance = tuple(c._replace(inf=c.inf | labels << 2 * self.n_pairs) for c in acceptance)
         edges = self.within(labels)
         for start, row in enumerate(edges):

@@ -13,7 +13,7 @@ from html import escape
 from ltlc.automata.alphabet import guard_text
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.budget import check_time
-from ltlc.formats.edges import Edge, arrows, hidden_states, state_marks
+from ltlc.formats.edges import LabelledEdge, arrows, hidden_states, state_marks
 
 PAIR_COLORS = ("#0068a8", "#c44e00", "#7b3f9e", "#8f6a00", "#b02a5b", "#2f6f6f")
 """Dark enough for white text, told apart with the common kinds of colour blindness; pair 6 starts again."""
@@ -103,7 +103,7 @@ class _Drawing:
             result.append(f"  {source} -> {target} [label={_html(rows)}{self._stroke(target, parallel)}]")
         return result
 
-    def _stroke(self, target: int, parallel: list[Edge]) -> str:
+    def _stroke(self, target: int, parallel: list[LabelledEdge]) -> str:
         shown = {tuple(i for i in edge.inf if i not in self.fin_only) for edge in parallel}
         if target in self.automaton.deadlocks:
             return f', color="{_FAINT}", fontcolor="{_FAINT}", penwidth=0.8'

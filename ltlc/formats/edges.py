@@ -25,7 +25,7 @@ MAX_TABLE = 1 << 27
 _COLUMNS_AT_ONCE = 32
 
 
-class Edge(NamedTuple):
+class LabelledEdge(NamedTuple):
     """All letters that lead from one state to another with the same marks."""
 
     source: int
@@ -37,14 +37,14 @@ class Edge(NamedTuple):
     inf: tuple[int, ...]
 
 
-def edges(automaton: RabinAutomaton) -> list[Edge]:
+def edges(automaton: RabinAutomaton) -> list[LabelledEdge]:
     """Parallel transitions merged, ordered by source, then by the smallest letter.
 
     The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
     """
     order = np.argsort(np.unique(automaton.letter_class, return_index=True)[1]).tolist()
     on_edges = automaton.acceptance == "transition"
-    result: list[Edge] = []
+    result: list[LabelledEdge] = []
     for source, row in enumerate(automaton.delta.tolist()):
         check_time()
         groups: dict[tuple[int, tuple[int, ...], tuple[int, ...]], list[int]] = {}
@@ -52,7 +52,7 @@ def edges(automaton: RabinAutomaton) -> list[Edge]:
             fin = _indices(automaton.fin[:, source, c]) if on_edges else ()
             inf = _indices(automaton.inf[:, source, c]) if on_edges else ()
             groups.setdefault((row[c], fin, inf), []).append(c)
-        result.extend(Edge(source, key[0], tuple(group), key[1], key[2]) for key, group in groups.items())
+        result.extend(LabelledEdge(source, key[0], tuple(group), key[1], key[2]) for key, group in groups.items())
     return result
 
 
@@ -68,9 +68,9 @@ def hidden_states(automaton: RabinAutomaton, hide_deadlock: bool) -> set[int]:
     return set(automaton.deadlocks) - {automaton.initial_state} if hide_deadlock else set()
 
 
-def arrows(automaton: RabinAutomaton, hidden: Collection[int]) -> dict[tuple[int, int], list[Edge]]:
+def arrows(automaton: RabinAutomaton, hidden: Collection[int]) -> dict[tuple[int, int], list[LabelledEdge]]:
     """The edges of a drawing by source and target: one arrow each, as parallel ones would hide each other."""
-    result: dict[tuple[int, int], list[Edge]] = {}
+    result: dict[tuple[int, int], list[LabelledEdge]] = {}
     for edge in edges(automaton):
         if edge.source not in hidden and edge.target not in hidden:
             result.setdefault((edge.source, edge.target), []).append(edge)

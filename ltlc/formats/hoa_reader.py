@@ -16,7 +16,7 @@ import numpy as np
 
 from ltlc.automata.acceptance import NEVER, Acceptance, TooManyClausesError
 from ltlc.automata.alphabet import truth_table
-from ltlc.automata.emerson_lei import Edge, EmersonLei, localized
+from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized
 from ltlc.automata.rabin import RabinAutomaton
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import MAX_STATES, NO_LIMIT, Budget
@@ -185,7 +185,7 @@ class _Reader:
 
     def _edges(
         self, n_states: int, everything: int, classes: Mapping[int, int], mark: Mapping[AcceptanceSet, int]
-    ) -> tuple[tuple[Edge, ...], ...]:
+    ) -> tuple[tuple[LetterEdge, ...], ...]:
         """Put the edges into rows; letters that a state has no edge for lead to one more state.
 
         Args:
@@ -202,14 +202,14 @@ class _Reader:
                 known[numbers] = sum(bit for of, bit in mark.items() if (of.number in numbers) != of.complement)
             return known[numbers]
 
-        rows: list[list[Edge]] = [[] for _ in range(n_states)]
+        rows: list[list[LetterEdge]] = [[] for _ in range(n_states)]
         left = [everything] * n_states
         for source, target, guard, numbers in zip(body.sources, body.targets, body.guards, body.marks, strict=True):
-            rows[source].append(Edge(classes[guard], target, marks_of(numbers)))
+            rows[source].append(LetterEdge(classes[guard], target, marks_of(numbers)))
             left[source] &= ~classes[guard]
         for state, letters in enumerate(left):
             if letters:
-                rows[state].append(Edge(letters, n_states, marks_of(body.state_marks[state])))
+                rows[state].append(LetterEdge(letters, n_states, marks_of(body.state_marks[state])))
         if any(left):
-            rows.append([Edge(everything, n_states, 0)])
+            rows.append([LetterEdge(everything, n_states, 0)])
         return tuple(map(tuple, rows))

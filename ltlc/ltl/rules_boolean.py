@@ -47,7 +47,10 @@ class _Side:
     other: type[Formula]
 
 
-SIDES: dict[type[Formula], _Side] = {And: _Side(Or, TRUE, FALSE, Always, Eventually), Or: _Side(And, FALSE, TRUE, Eventually, Always)}
+SIDES: dict[type[Formula], _Side] = {
+    And: _Side(Or, TRUE, FALSE, Always, Eventually),
+    Or: _Side(And, FALSE, TRUE, Eventually, Always),
+}
 
 
 @BOOLEAN_RULES.rule(

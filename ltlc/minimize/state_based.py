@@ -12,7 +12,7 @@ import numpy as np
 
 from ltlc.automata.acceptance import Acceptance, exactly_one
 from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
-from ltlc.automata.emptiness import Edge, accepting_parts
+from ltlc.automata.emptiness import MarkedEdge, accepting_parts
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import Component, components, simplify_marks
 from ltlc.automata.rabin import RabinAutomaton
@@ -62,7 +62,7 @@ def to_state_based(
     reference = simple if reference is None else reference
     with overtime(Overtime.SPLIT):
         parts = list(components(simple))
-    marks: dict[Edge, int] = {}
+    marks: dict[MarkedEdge, int] = {}
     for component in parts:
         marks.update(_even_marks(component))
     with overtime(Overtime.SPLIT):
@@ -86,7 +86,9 @@ def _with_languages(automaton: RabinAutomaton, reference: RabinAutomaton) -> Rab
     return automaton
 
 
-def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], budget: Budget, once: bool = False) -> RabinAutomaton:
+def _split(
+    automaton: RabinAutomaton, marks: Mapping[MarkedEdge, int], budget: Budget, once: bool = False
+) -> RabinAutomaton:
     """States are (state, marks on entry).
 
     Args:
@@ -136,10 +138,10 @@ def _split(automaton: RabinAutomaton, marks: Mapping[Edge, int], budget: Budget,
     return result.annotated(CANONICAL) if in_order else result
 
 
-def _even_marks(component: Component) -> dict[Edge, int]:
+def _even_marks(component: Component) -> dict[MarkedEdge, int]:
     """New marks for the edges, equivalent on all cycles, with few different ones into each state."""
     marks = {edge: edge[2] for edge in component.edges}
-    into: dict[int, list[Edge]] = defaultdict(list)
+    into: dict[int, list[MarkedEdge]] = defaultdict(list)
     for edge in component.edges:
         into[edge[1]].append(edge)
     to_check = MAX_EDGES_CHECKED
@@ -159,7 +161,7 @@ def _even_marks(component: Component) -> dict[Edge, int]:
     return marks
 
 
-def _same_acceptance(component: Component, marks: Mapping[Edge, int], differ: Acceptance) -> bool:
+def _same_acceptance(component: Component, marks: Mapping[MarkedEdge, int], differ: Acceptance) -> bool:
     """Whether every cycle is accepted with these marks iff it is with the old ones."""
     index = {node: i for i, node in enumerate(component.nodes)}
     rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]

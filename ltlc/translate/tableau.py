@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
-from ltlc.automata.emerson_lei import explore
+from ltlc.automata.buchi import BuchiAutomaton
+from ltlc.automata.emerson_lei import LetterEdge, explore
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 from ltlc.translate.closure import Closure
@@ -65,7 +65,7 @@ class _Tableau:
         sets = bits(delayed)
         automaton = [
             tuple(
-                BuchiEdge(letters, target, sum(1 << i for i, u in enumerate(sets) if not put_off >> u & 1))
+                LetterEdge(letters, target, sum(1 << i for i, u in enumerate(sets) if not put_off >> u & 1))
                 for letters, target, put_off in out
             )
             for out in edges

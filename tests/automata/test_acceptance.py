@@ -19,7 +19,8 @@ from ltlc.automata.acceptance import (
     simplify,
     without_implied,
 )
-from ltlc.automata.cycles import CycleDecomposition, InnerEdge
+from ltlc.automata.cycles import CycleDecomposition
+from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.rabin_pairs import Counters, CycleMemory
 
 
@@ -63,13 +64,13 @@ def test_conditions_by_truth_table() -> None:
 # -- Rabin pairs ------------------------------------------------------------------------------------------------------
 
 
-def cycle_memory(condition: Acceptance, edges: list[InnerEdge]) -> CycleMemory:
+def cycle_memory(condition: Acceptance, edges: list[MarkedEdge]) -> CycleMemory:
     return CycleMemory(CycleDecomposition(condition, edges, 1000))
 
 
-def run_memory(memory: Counters | CycleMemory, cycle: list[InnerEdge]) -> bool:
+def run_memory(memory: Counters | CycleMemory, cycle: list[MarkedEdge]) -> bool:
     """Whether the pairs accept the cycle taken for ever."""
-    at = memory.start(cycle[0].source)
+    at = memory.start(cycle[0][0])
     rounds: list[list[tuple[int, int]]] = []
     starts: list[int] = []
     while at not in starts:
@@ -88,21 +89,21 @@ def test_pairs_express_any_condition_on_any_component() -> None:
     rng = random.Random(10)
     for _ in range(250):
         n = rng.randint(1, 4)
-        edges = [InnerEdge(q, (q + 1) % n, rng.randrange(16)) for q in range(n)]
-        edges += [InnerEdge(rng.randrange(n), rng.randrange(n), rng.randrange(16)) for _ in range(rng.randint(0, 5))]
+        edges = [(q, (q + 1) % n, rng.randrange(16)) for q in range(n)]
+        edges += [(rng.randrange(n), rng.randrange(n), rng.randrange(16)) for _ in range(rng.randint(0, 5))]
         edges = list(dict.fromkeys(edges))
         condition = simplify(random_condition(rng, 4))
         memories = Counters(condition), cycle_memory(condition, edges)
         for _ in range(12):
-            walk = [rng.choice([e for e in edges if e.source == 0])]
-            while walk[-1].target != 0 or rng.random() < 0.6:
-                walk.append(rng.choice([e for e in edges if e.source == walk[-1].target]))
-            truth = holds(condition, fold(int.__or__, (e.marks for e in walk)))
+            walk = [rng.choice([e for e in edges if e[0] == 0])]
+            while walk[-1][1] != 0 or rng.random() < 0.6:
+                walk.append(rng.choice([e for e in edges if e[0] == walk[-1][1]]))
+            truth = holds(condition, fold(int.__or__, (marks for _, _, marks in walk)))
             assert [run_memory(memory, walk) for memory in memories] == [truth, truth], (condition, walk)
 
 
 def test_cycle_decomposition_by_hand() -> None:
-    loops = [InnerEdge(0, 0, 1 << m) for m in range(3)]
+    loops = [(0, 0, 1 << m) for m in range(3)]
     needs_all = (Clause(0, 0b111),)
     assert cycle_memory(needs_all, loops).size([0]) == 3  # one leaf for each pair of loops that lacks one
     assert Counters(needs_all).size([0]) == 3

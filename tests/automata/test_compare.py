@@ -11,7 +11,7 @@ from random_automata import random_automata, random_automaton, random_lassos, sh
 
 from ltlc.automata import (
     BuchiAutomaton,
-    BuchiEdge,
+    LetterEdge,
     RabinAutomaton,
     canonical,
     counterexample,
@@ -191,17 +191,17 @@ def test_many_pairs_fit() -> None:
 def test_buchi_automata_accept_lassos() -> None:
     # FG a, guessing when: letter 1 is {a}.
     guess = BuchiAutomaton(
-        n_letters=2, initial=(0,), edges=((BuchiEdge(3, 0, 0), BuchiEdge(2, 1, 1)), (BuchiEdge(2, 1, 1),)), n_sets=1
+        n_letters=2, initial=(0,), edges=((LetterEdge(3, 0, 0), LetterEdge(2, 1, 1)), (LetterEdge(2, 1, 1),)), n_sets=1
     )
     for u, v in short_lassos(2, 2, 3):
         assert guess.accepts(u, v) == (set(v) == {1})
     # GF a & GF !a, both sets on one state.
-    both = BuchiAutomaton(2, (0,), ((BuchiEdge(1, 0, 1), BuchiEdge(2, 0, 2)),), 2)
+    both = BuchiAutomaton(2, (0,), ((LetterEdge(1, 0, 1), LetterEdge(2, 0, 2)),), 2)
     for u, v in short_lassos(2, 1, 3):
         assert both.accepts(u, v) == (set(v) == {0, 1})
     assert not BuchiAutomaton(1, (0,), ((),), 0).accepts((), (0,))
     with pytest.raises(InvalidAutomatonError):
-        BuchiAutomaton(1, (0,), ((BuchiEdge(1, 1, 0),),), 0)
+        BuchiAutomaton(1, (0,), ((LetterEdge(1, 1, 0),),), 0)
 
 
 def test_merging_is_judged_by_any_equivalent_automaton() -> None:

@@ -17,8 +17,8 @@ from ltlc.automata.acceptance import (
     NEVER,
     holds,
 )
-from ltlc.automata.buchi import BuchiAutomaton, BuchiEdge
-from ltlc.automata.emerson_lei import Edge, EmersonLei, complement, localized, minimized_weak, reduced
+from ltlc.automata.buchi import BuchiAutomaton
+from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, complement, localized, minimized_weak, reduced
 from ltlc.automata.rabin_pairs import to_rabin
 from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
@@ -53,9 +53,9 @@ def test_the_tableau_accepts_the_models() -> None:
 def random_buchi(rng: random.Random) -> BuchiAutomaton:
     n_letters, n_states, n_sets = rng.randint(1, 3), rng.randint(1, 4), rng.randint(0, 3)
 
-    def edge() -> BuchiEdge:
+    def edge() -> LetterEdge:
         marks = sum(1 << i for i in range(n_sets) if rng.random() < 0.4)
-        return BuchiEdge(rng.randrange(1, 1 << n_letters), rng.randrange(n_states), marks)
+        return LetterEdge(rng.randrange(1, 1 << n_letters), rng.randrange(n_states), marks)
 
     edges = tuple(tuple(edge() for _ in range(rng.randint(0, 3))) for _ in range(n_states))
     return BuchiAutomaton(n_letters, tuple(range(rng.randint(1, n_states))), edges, n_sets)
@@ -173,7 +173,7 @@ def test_weak_automata_become_as_small_as_their_language_allows() -> None:
 
 def test_colors_of_trivial_components_follow_their_successors() -> None:
     """0 -> 1 -> 2 with an accepting sink, trivial states before it: all three have the same language."""
-    chain = [(Edge(1, 1, 0),), (Edge(1, 2, 0),), (Edge(1, 2, 0),)]
+    chain = [(LetterEdge(1, 1, 0),), (LetterEdge(1, 2, 0),), (LetterEdge(1, 2, 0),)]
     assert minimized_weak(EmersonLei(tuple(chain), (NEVER, NEVER, ALWAYS))).n_states == 1
 
 
