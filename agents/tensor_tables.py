@@ -46,7 +46,7 @@ class TensorTables:
         """
         learned = reachable_states(tables)
         scale = scale or reward_scale(tables, learned)
-        options = np.hstack((np.arange(tables.n_states, dtype=np.int32)[:, None], tables.commit))
+        options = np.hstack((np.arange(tables.n_states, dtype=np.int32)[:, None], tables.select_pair))
 
         def tensor(values: np.ndarray, dtype: torch.dtype) -> Tensor:
             return torch.as_tensor(np.array(values), dtype=dtype, device=device)
@@ -88,7 +88,7 @@ def reachable_states(tables: RewardTables) -> np.ndarray:
     while frontier:
         state = frontier.pop()
         following = tables.next_state[state][~tables.terminal[state]].tolist()
-        following += tables.commit[state][tables.commit[state] >= 0].tolist()
+        following += tables.select_pair[state][tables.select_pair[state] >= 0].tolist()
         frontier += sorted(set(following) - reached)
         reached.update(following)
     return np.array(sorted(reached), dtype=np.int64)

@@ -355,7 +355,7 @@ def _best(values: FloatArray, tables: RewardTables, learned: IntArray, position:
     if not tables.n_choices:
         return values
     best = values.copy()
-    for committed in tables.commit[learned].T:
+    for committed in tables.select_pair[learned].T:
         can = committed >= 0
         best[:, can] = np.maximum(best[:, can], values[:, position[committed[can]]])
     return best

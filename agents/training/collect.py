@@ -217,7 +217,7 @@ class Collector:
         if tables is None or not tables.n_choices:
             return self.states, actions
         choice, taken = np.divmod(actions, self.interface.n_actions)
-        chosen = tables.commit[self.states, np.maximum(choice - 1, 0)]
+        chosen = tables.select_pair[self.states, np.maximum(choice - 1, 0)]
         return np.where(choice > 0, chosen, self.states).astype(np.int64), taken
 
     def take_episodes(self) -> list[tuple[int, Episode]]:
@@ -279,6 +279,6 @@ def _can_accept(tables: RewardTables, classes: Collection[int]) -> bool:
         reached |= new
         following = {*tables.next_state[np.ix_(states, letters)].ravel().tolist()}
         if tables.n_choices:
-            following |= {*tables.commit[states].ravel().tolist()} - {-1}
+            following |= {*tables.select_pair[states].ravel().tolist()} - {-1}
         new = following - reached
     return False

@@ -194,11 +194,12 @@ def tables_of(content: Content) -> RewardTables:
     """
     fields = {field.name: field for field in dataclasses.fields(RewardTables)}
     needed = {name for name, field in fields.items() if field.default_factory is field.default is dataclasses.MISSING}
-    names = content.members().keys()
-    content.check(needed <= names <= fields.keys(), f"does not have the parts {', '.join(fields)}")
+    # Files of earlier versions say commit.
+    keys = {"select_pair" if key == "commit" else key: key for key in content.members()}
+    content.check(needed <= keys.keys() <= fields.keys(), f"does not have the parts {', '.join(fields)}")
     values: dict[str, Any] = {}
-    for name in names:
-        part, kind = content[name], str(fields[name].type)
+    for name, key in keys.items():
+        part, kind = content[key], str(fields[name].type)
         if kind in _DTYPES:
             values[name] = part.tensor(_DTYPES[kind]).numpy()
         elif kind == "int":

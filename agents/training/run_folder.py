@@ -288,7 +288,7 @@ class RunFolder:
             )
         agent: Agent = self.entry.agent_class.load(self.path / POLICY_FILE)
         theirs, ours = agent.tables, self.task.tables
-        names = ("letter_class", "next_state", "commit", "initial_state")
+        names = ("letter_class", "next_state", "select_pair", "initial_state")
         if theirs.aps != ours.aps or not all(np.array_equal(getattr(theirs, n), getattr(ours, n)) for n in names):
             raise FileFormatError(f"{self.path / POLICY_FILE} is of another task than {self.path / AUTOMATON_FILE}")
         with closing(self.config.env_spec.vector(self.task, 1)) as env:

@@ -42,11 +42,11 @@ def limit_deterministic(automaton: RabinAutomaton) -> Refinement:
         for i, (fin, marked) in enumerate(pairs):
             parts += [(i, inner, inner & marked) for inner in _parts(component, fin) if inner & marked]
     n = automaton.n_states
-    commit = np.full((n, max((i + 1 for i, _, _ in parts), default=0)), -1, dtype=np.int32)
+    select_pair = np.full((n, max((i + 1 for i, _, _ in parts), default=0)), -1, dtype=np.int32)
     copied: list[tuple[int, int]] = []
     for number, (i, inner, _) in enumerate(parts):
         for state in sorted({source for source, _, _ in inner}):
-            commit[state, i] = n + len(copied)
+            select_pair[state, i] = n + len(copied)
             copied.append((state, number))
     sink = n + len(copied)
     delta = [*automaton.rows]
@@ -54,7 +54,7 @@ def limit_deterministic(automaton: RabinAutomaton) -> Refinement:
     for state, number in copied:
         i, inner, marked = parts[number]
         edges = _edges(automaton, state)
-        delta.append([int(commit[edge[1], i]) if edge in inner else sink for edge in edges])
+        delta.append([int(select_pair[edge[1], i]) if edge in inner else sink for edge in edges])
         inf_marks.append([edge in marked for edge in edges])
     if copied:
         delta.append([sink] * automaton.n_classes)
@@ -63,7 +63,7 @@ def limit_deterministic(automaton: RabinAutomaton) -> Refinement:
     return Refinement(
         replace(automaton, delta=np.array(delta), fin=np.zeros_like(inf), inf=inf, state_names=None),
         np.array([*range(n), *(state for state, _ in copied), *([-1] if copied else [])], dtype=np.int32),
-        np.vstack((commit, np.full((len(delta) - n, commit.shape[1]), -1, dtype=np.int32))),
+        np.vstack((select_pair, np.full((len(delta) - n, select_pair.shape[1]), -1, dtype=np.int32))),
     )
 
 

@@ -194,7 +194,7 @@ def _merged(refinement: Refinement) -> Refinement:
         initial_state=int(block[automaton.initial_state]),
         state_names=None if names is None else tuple(names[q] for q in first.tolist()),
     )
-    return Refinement(merged, refinement.origin[first], refinement.commit[first])
+    return Refinement(merged, refinement.origin[first], refinement.select_pair[first])
 
 
 def _chain(colours: IntArray) -> tuple[BoolArray, BoolArray]:

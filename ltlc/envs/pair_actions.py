@@ -14,7 +14,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 class PairActionSpace:
-    """The actions of a wrapped environment whose task has choices (`RewardTables.commit`).
+    """The actions of a wrapped environment whose task has choices (`RewardTables.select_pair`).
 
     Of an environment with n actions, action a + n * (1 + i) chooses pair i and then does a; action a only does a.
 
@@ -45,8 +45,8 @@ class PairActionSpace:
             self.space = spaces.Discrete(self.n_base * (1 + tables.n_choices))
         if self.n_base:
             stay = np.ones((tables.n_states, 1), dtype=np.bool_)
-            self.mask = np.repeat(np.hstack((stay, tables.commit >= 0)), self.n_base, axis=1)
-        self._then = np.hstack((np.arange(tables.n_states)[:, None], tables.commit)).astype(np.int64)
+            self.mask = np.repeat(np.hstack((stay, tables.select_pair >= 0)), self.n_base, axis=1)
+        self._then = np.hstack((np.arange(tables.n_states)[:, None], tables.select_pair)).astype(np.int64)
 
     def split(self, action: int, state: int) -> tuple[int, int]:
         """What the environment does, and the table state in which it is done.

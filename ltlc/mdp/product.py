@@ -89,8 +89,9 @@ class Product(LabelledProduct):
     taken infinitely often takes each of its branches infinitely often with probability 1; so letters that lead to the
     same state with different marks need no states of their own.
 
-    With the choices of a `Refinement` (`commit`, from `limit_deterministic`), the product is that of its automaton, and
-    the best policies reach the same satisfaction probability as those on the product with the original automaton.
+    With the choices of a `Refinement` (`select_pair`, from `limit_deterministic`), the product is that of its
+    automaton, and the best policies reach the same satisfaction probability as those on the product with the original
+    automaton.
 
     Attributes:
         automaton: the automaton; its states are `automaton_state` (n_states,).
@@ -107,7 +108,7 @@ class Product(LabelledProduct):
         mdp: LabelledMDP,
         automaton: RabinAutomaton,
         *,
-        commit: IntArray | None = None,
+        select_pair: IntArray | None = None,
         initial_label: InitialLabel = "read",
     ) -> None:
         stabilized, origin = mdp.with_final_letters
@@ -117,7 +118,7 @@ class Product(LabelledProduct):
             initial_state=automaton.initial_state,
             input_probability=input_probability(stabilized, automaton.aps, automaton.letter_class),
             ends=np.zeros(stabilized.n_states, dtype=np.bool_),
-            commit=commit,
+            select_pair=select_pair,
         )
         exploration = ProductExploration(stabilized, table, initial_label)
         super().__init__(mdp, origin, exploration, exploration.transitions, None)

@@ -37,7 +37,7 @@ class TransitionTable:
     ends: BoolArray
     """(n_mdp_states,), entering the state ends the episode."""
 
-    commit: IntArray | None = None
+    select_pair: IntArray | None = None
     """shape (n_machine_states, n_choices): where a policy may move the machine, along with an action; -1 = it may not;
     None = there are no choices."""
 
@@ -53,9 +53,9 @@ class TransitionTable:
             the index in `machine`, 0 for staying or 1 + the number of the choice, and the machine state then; sorted
             by the first two.
         """
-        if self.commit is None or not self.commit.size:
+        if self.select_pair is None or not self.select_pair.size:
             return np.arange(len(machine)), np.zeros(len(machine), dtype=np.int64), machine
-        then = np.column_stack((machine, self.commit[machine]))
+        then = np.column_stack((machine, self.select_pair[machine]))
         owner, option = np.nonzero(then >= 0)
         return owner, option, then[owner, option]
 
@@ -90,7 +90,7 @@ class ProductExploration:
         self._owner, option, self._act_machine = table.options(self.machine_state)
         self._act_state = self.mdp_state[self._owner]
         self._first_action = mdp.n_actions * option
-        self.n_actions = mdp.n_actions * (1 if table.commit is None else 1 + table.commit.shape[1])
+        self.n_actions = mdp.n_actions * (1 if table.select_pair is None else 1 + table.select_pair.shape[1])
         self._act_start, self.choice_start, self.choice_action, _ = self._choices_of(self._base)
         self.n_arrivals = len(arrivals)
         self._arrivals = arrivals

@@ -22,9 +22,9 @@ Miss = Literal["empty", "hold"]
 class RewardColumns(Protocol):
     """What a reward product reads of a compiled reward scheme; arrays have shape (n_states, n_letter_classes).
 
-    There may also be `commit`, shape (n_states, n_choices): the state after choosing a pair, -1 where that cannot be;
-    and `closing`, of the same shape as the others: what it is worth to read a letter for ever from a state, paid where
-    the environment terminates. Without it, nothing follows there.
+    There may also be `select_pair`, shape (n_states, n_choices): the state after choosing a pair, -1 where that cannot
+    be; and `closing`, of the same shape as the others: what it is worth to read a letter for ever from a state, paid
+    where the environment terminates. Without it, nothing follows there.
     """
 
     @property
@@ -123,7 +123,7 @@ class RewardProduct(LabelledProduct):
             initial_state=int(tables.initial_state),
             input_probability=inputs,
             ends=np.zeros(stabilized.n_states, dtype=np.bool_) if stabilized.terminal is None else stabilized.terminal,
-            commit=getattr(tables, "commit", None),
+            select_pair=getattr(tables, "select_pair", None),
         )
         self._exploration = ProductExploration(stabilized, table, initial_label)
         self._columns = columns

@@ -128,7 +128,7 @@ class Judge:
         self.initial_label = initial_label
         self.rewards = RewardProduct(mdp, tables, initial_label=initial_label)
         refined = refined_automaton(task.automaton, tables)
-        self.words = Product(mdp, refined, commit=_choices(tables), initial_label=initial_label)
+        self.words = Product(mdp, refined, select_pair=_choices(tables), initial_label=initial_label)
 
     @cached_property
     def maximum(self) -> MaxSatisfaction:
@@ -286,5 +286,5 @@ def refined_automaton(automaton: RabinAutomaton, tables: RefinedColumns) -> Rabi
 def _choices(tables: RefinedColumns) -> IntArray:
     """The choices of the tables, on the states of `refined_automaton`; usually there are none."""
     n = len(np.asarray(tables.automaton_state))
-    commit = np.asarray(getattr(tables, "commit", np.zeros((n, 0), dtype=np.int32)))
-    return np.vstack((commit, np.full((1, commit.shape[1]), -1, dtype=np.int32)))
+    select_pair = np.asarray(getattr(tables, "select_pair", np.zeros((n, 0), dtype=np.int32)))
+    return np.vstack((select_pair, np.full((1, select_pair.shape[1]), -1, dtype=np.int32)))

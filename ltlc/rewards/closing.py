@@ -97,7 +97,7 @@ def _with_choices(
     value = never
     for _ in range(2 * tables.n_states):
         new = np.maximum(value, (paid + _weighted(lost, value.ravel()[following])).reshape(value.shape))
-        for committed in tables.commit.T:
+        for committed in tables.select_pair.T:
             can = committed >= 0
             new[can] = np.maximum(new[can], new[committed[can]])
         if np.allclose(new, value, rtol=_SETTLED, atol=0.0):

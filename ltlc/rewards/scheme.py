@@ -102,7 +102,7 @@ class RewardScheme(ABC):
         """The tables of this scheme for one automaton.
 
         An automaton without the form the scheme needs gets it: table states then refine its states, and where only a
-        policy can know which pair it is going to satisfy, the tables have choices (`RewardTables.commit`).
+        policy can know which pair it is going to satisfy, the tables have choices (`RewardTables.select_pair`).
 
         The reward is computed from the state entered, before any reset, so a violation is always paid for. The step
         into an accepting sink ends the episode wherever staying there has a finite value. So does a step that breaks
@@ -200,7 +200,7 @@ def tables_of(dra: RabinAutomaton, refinement: Refinement, steps: StepRewards, o
         accepted=((steps.accepted | settled) & ~failed)[kept],
         automaton_state=origin[kept],
         progress=progress(dra)[origin[kept]],
-        commit=refinement.commit[kept],
+        select_pair=refinement.select_pair[kept],
     )
 
 

@@ -25,7 +25,7 @@ class RewardTables:
     what follows is worth `discount[q, c]` of itself.
 
     Where the scheme needs to be told which Rabin pair a policy is going to satisfy, the policy may go from q to
-    `commit[q, i]` before the environment makes a step: together with an action, for free, once in an episode.
+    `select_pair[q, i]` before the environment makes a step: together with an action, for free, once in an episode.
 
     Where the *environment* ends the episode with the step, and the tables do not, what follows is worth
     `closing[next_state[q, c], c]`, discounted as anything else that follows.
@@ -45,7 +45,7 @@ class RewardTables:
             states).
         progress: shape (n_states,), float64 in [0, 1]; 1 on an accepting cycle, less the more letters away, 0 in a
             deadlock.
-        commit: shape (n_states, n_choices), int32; the state after choosing pair i, -1 where it cannot be chosen;
+        select_pair: shape (n_states, n_choices), int32; the state after choosing pair i, -1 where it cannot be chosen;
             usually there are no choices.
         closing: shape (n_states, n_classes), float64; value of standing in a state where the environment has terminated
             and the last letter, of that class, is repeated for ever; usually 0 if nothing follows the end of the
@@ -68,7 +68,7 @@ class RewardTables:
     accepted: BoolArray
     automaton_state: IntArray
     progress: FloatArray
-    commit: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int32))
+    select_pair: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int32))
     closing: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     on_termination: OnTermination = "cut"
 
@@ -83,9 +83,9 @@ class RewardTables:
             _freeze(self, name, np.bool_, table)
         _freeze(self, "automaton_state", np.int32, table[:1])
         _freeze(self, "progress", np.float64, table[:1])
-        if not np.size(self.commit):
-            object.__setattr__(self, "commit", np.zeros((table[0], 0)))
-        _freeze(self, "commit", np.int32, (table[0], np.shape(self.commit)[-1]))
+        if not np.size(self.select_pair):
+            object.__setattr__(self, "select_pair", np.zeros((table[0], 0)))
+        _freeze(self, "select_pair", np.int32, (table[0], np.shape(self.select_pair)[-1]))
         if not np.size(self.closing):
             object.__setattr__(self, "closing", np.zeros(table))
         _freeze(self, "closing", np.float64, table)
@@ -96,7 +96,7 @@ class RewardTables:
             values = getattr(self, name)
             _check(bool(((values >= 0) & (values <= 1)).all()), f"{name} has an entry outside [0, 1]")
         _check(_within(self.next_state, self.n_states), "next_state leads outside the states")
-        _check(_within(self.commit + 1, self.n_states + 1), "commit leads outside the states")
+        _check(_within(self.select_pair + 1, self.n_states + 1), "select_pair leads outside the states")
         _check(_within(self.letter_class, self.n_classes), "letter_class names a class that has no column")
         _check(0 <= self.initial_state < self.n_states, f"initial state {self.initial_state} of {self.n_states} states")
 
@@ -113,7 +113,7 @@ class RewardTables:
     @property
     def n_choices(self) -> int:
         """Number of Rabin pairs that can be chosen between; mostly 0."""
-        return int(self.commit.shape[1])
+        return int(self.select_pair.shape[1])
 
     @property
     def final_value(self) -> FloatArray:

@@ -15,14 +15,17 @@ import pytest
 
 from ltlc.agents import FittedQConfig
 from ltlc.agents.training import folder_lock
+from ltlc.agents.training.contents import Content, tables_of
 from ltlc.agents.training.folder_lock import LOCK_FILE, locked_folder
 from ltlc.agents.training.loop import train
 from ltlc.agents.training.run_config import RunConfig
 from ltlc.agents.training.run_folder import RunFolder
+from ltlc.agents.training.storage import same_tables, tables_to_tensors
 from ltlc.cli.app import run
 from ltlc.compiler import compile
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.task import Task
 
 ROOT = Path(__file__).parents[2]
 TASK = ("F A", "--env", "ltlc/Thesis5x5-v0", "--steps", "300", "--num-envs", "2", "--quiet", "--out", "here")
@@ -279,3 +282,11 @@ def test_killed_commands_end_in_the_same_bytes(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     counts = json.loads((tmp_path / "out").read_text())
     assert sum(count["kills"] for count in counts) == 5
+
+
+def test_tables_in_files_of_earlier_versions_are_read() -> None:
+    tables = Task("F G a | F G b", reward="eventual").tables
+    assert tables.n_choices == 1
+    values = tables_to_tensors(tables)
+    values["commit"] = values.pop("select_pair")
+    assert same_tables(tables_of(Content(values, "policy.pt")), tables)

@@ -37,7 +37,7 @@ def some_choice_accepts(form: Refinement, prefix: tuple[int, ...], cycle: tuple[
         return True
     for i, letter in enumerate(word):
         left = word[i : len(prefix)] if i < len(prefix) else cycle[(i - len(prefix)) % len(cycle) :]
-        if any(then >= 0 and accepted(int(then), tuple(left)) for then in form.commit[state]):
+        if any(then >= 0 and accepted(int(then), tuple(left)) for then in form.select_pair[state]):
             return True
         state = int(automaton.delta[state, automaton.letter_class[letter]])
     return False
@@ -61,15 +61,17 @@ def test_there_are_choices_only_where_the_automaton_is_not_of_buchi_type() -> No
         form = limit_deterministic(automaton)
         colours = parity_colours(automaton)
         buchi = colours is not None and colours.max() <= 1
-        assert (form.commit.shape[1] == 0) == buchi
+        assert (form.select_pair.shape[1] == 0) == buchi
         assert (form.origin[: automaton.n_states] == np.arange(automaton.n_states)).all()
         with_choice += not buchi
         if not buchi:
             assert form.origin[-1] == -1
-            assert not (form.commit[automaton.n_states :] >= 0).any()
-            made = form.commit[form.commit >= 0]
+            assert not (form.select_pair[automaton.n_states :] >= 0).any()
+            made = form.select_pair[form.select_pair >= 0]
             assert sorted(made.tolist()) == list(range(automaton.n_states, form.automaton.n_states - 1))
-            assert (form.origin[form.commit] == np.arange(len(form.commit))[:, None])[form.commit >= 0].all()
+            assert (form.origin[form.select_pair] == np.arange(len(form.select_pair))[:, None])[
+                form.select_pair >= 0
+            ].all()
     assert with_choice > 30
 
 
@@ -79,7 +81,7 @@ def test_pmax_is_that_of_the_rabin_automaton(seed: int) -> None:
     mdp, automaton = random_mdp(rng, 6, 2), random_automaton(rng, 4, 1 + seed % 3)
     best = max_satisfaction_probability(Product(mdp, automaton))
     form = limit_deterministic(automaton)
-    chosen = Product(mdp, form.automaton, commit=form.commit)
+    chosen = Product(mdp, form.automaton, select_pair=form.select_pair)
     found = max_satisfaction_probability(chosen)
     assert found.probability == pytest.approx(best.probability, abs=1e-6)
     assert satisfaction_probability(chosen, found.policy).probability == pytest.approx(best.probability, abs=1e-6)
@@ -93,7 +95,7 @@ def test_no_policy_with_choices_beats_pmax() -> None:
         mdp, automaton = random_mdp(rng, 5, 2), random_automaton(rng, 3, 2)
         best = max_satisfaction_probability(Product(mdp, automaton)).probability
         form = limit_deterministic(automaton)
-        product = Product(mdp, form.automaton, commit=form.commit)
+        product = Product(mdp, form.automaton, select_pair=form.select_pair)
         for _ in range(5):
             policy = [int(rng.choice(product.actions_in(s))) for s in range(product.n_states)]
             assert satisfaction_probability(product, np.array(policy)).probability <= best + 1e-9
@@ -102,7 +104,7 @@ def test_no_policy_with_choices_beats_pmax() -> None:
 def test_choices_are_few() -> None:
     """Parts that accept by themselves are not copied, and one pair needs one choice."""
     form = limit_deterministic(compile("FG a", acceptance="transition"))
-    assert (form.automaton.n_states, form.commit.shape) == (3, (3, 1))
-    assert limit_deterministic(compile("GF a & G !b")).commit.shape[1] == 0
+    assert (form.automaton.n_states, form.select_pair.shape) == (3, (3, 1))
+    assert limit_deterministic(compile("GF a & G !b")).select_pair.shape[1] == 0
     two: RabinAutomaton = compile("(FG a | FG b) & G !c", acceptance="transition")
-    assert limit_deterministic(two).commit.shape[1] == 2
+    assert limit_deterministic(two).select_pair.shape[1] == 2

@@ -68,7 +68,7 @@ def test_parity_form_keeps_the_language_and_leads_back() -> None:
         result = to_parity(automaton)
         parity, origin = result.automaton, result.origin
         assert equivalent(automaton, parity)
-        assert not result.commit.size
+        assert not result.select_pair.size
         assert origin[parity.initial_state] == automaton.initial_state
         assert (origin[parity.delta] == automaton.delta[origin]).all()
         colours = parity_colours(parity)

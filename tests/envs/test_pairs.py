@@ -46,7 +46,7 @@ def test_an_action_can_choose_a_pair_and_then_it_is_chosen() -> None:
     _, info = env.reset(seed=0)
     assert info["ltl"]["action_mask"].tolist() == [True] * 6
     observation, _, _, _, info = env.step(2 * 2 + 1)  # pair 1, then the second action
-    state = int(task.tables.next_state[task.tables.commit[0, 1], info["ltl"]["letter_class"]])
+    state = int(task.tables.next_state[task.tables.select_pair[0, 1], info["ltl"]["letter_class"]])
     assert info["ltl"]["state"] == observation["automaton"] == state
     masks = env.action_masks()
     assert masks.tolist() == info["ltl"]["action_mask"].tolist()

@@ -28,7 +28,7 @@ def true_satisfaction(mdp: LabelledMDP, automaton: RabinAutomaton, tables: Rewar
         acceptance="transition",
         state_names=None,
     )
-    product = Product(mdp, refined, commit=np.vstack((tables.commit, np.full((1, tables.n_choices), -1))))
+    product = Product(mdp, refined, select_pair=np.vstack((tables.select_pair, np.full((1, tables.n_choices), -1))))
     policy = np.hstack((policy, np.zeros((mdp.n_states, 1), dtype=int)))
     lifted = product.lift(policy)
     available = [a if a in product.actions_in(s) else product.actions_in(s)[0] for s, a in enumerate(lifted)]

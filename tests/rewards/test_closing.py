@@ -49,7 +49,7 @@ def best_simulated(tables: RewardTables, q: int, c: int) -> float:
     """The best of choosing a pair after any number of steps, and of never choosing."""
     options, total, weight = [simulated(tables, q, c)], 0.0, 1.0
     for _ in range(2 * tables.n_states):
-        options += [total + weight * simulated(tables, p, c) for p in tables.commit[q].tolist() if p >= 0]
+        options += [total + weight * simulated(tables, p, c) for p in tables.select_pair[q].tolist() if p >= 0]
         total += weight * (tables.reward[q, c] + tables.stop[q, c] * tables.stop_reward[q, c])
         weight *= (1 - tables.stop[q, c]) * tables.discount[q, c]
         q = int(tables.next_state[q, c])
@@ -75,18 +75,18 @@ def random_tables(rng: np.random.Generator, n: int, discounts: tuple[float, ...]
     """Tables without a meaning; with choices, those of the first half lead to the second half, which stays there."""
     shape = n, 2
     next_state = rng.integers(n, size=shape)
-    commit = np.full((n, 2), -1)
+    select_pair = np.full((n, 2), -1)
     if choices:
         half = n // 2
         next_state[:half], next_state[half:] = rng.integers(half, size=(half, 2)), rng.integers(half, n, (n - half, 2))
-        commit[:half] = rng.integers(half, n, size=(half, 2))
-        commit[rng.random((n, 2)) < 0.5] = -1
+        select_pair[:half] = rng.integers(half, n, size=(half, 2))
+        select_pair[rng.random((n, 2)) < 0.5] = -1
     return RewardTables(
         aps=("a",), letter_class=[0, 1], initial_state=0, next_state=next_state,
         reward=rng.choice([-1.0, 0.0, 0.0, 2.0], size=shape), discount=rng.choice(discounts, size=shape),
         stop=rng.choice([0.0, 0.0, 0.2, 1.0], size=shape), stop_reward=rng.choice([0.0, 3.0, -1.0], size=shape),
         violated=np.zeros(shape), accepted=np.zeros(shape), automaton_state=np.zeros(n), progress=np.zeros(n),
-        commit=commit,
+        select_pair=select_pair,
     )  # fmt: skip
 
 
@@ -157,7 +157,7 @@ def test_what_never_choosing_costs_without_end_choosing_may_save() -> None:
     tables = RewardTables(
         aps=(), letter_class=[0], initial_state=0, next_state=[[0], [1]], reward=[[-1.0], [0.0]], discount=zero + 1,
         stop=zero, stop_reward=zero, violated=zero, accepted=zero, automaton_state=[0, 0], progress=[0, 0],
-        commit=[[1], [-1]],
+        select_pair=[[1], [-1]],
     )  # fmt: skip
     values = closing_values(tables)
     assert values is not None

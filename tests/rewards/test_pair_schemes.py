@@ -118,15 +118,15 @@ def test_every_scheme_takes_every_automaton(name: str) -> None:
             assert (tables.violated == np.isin(entered, automaton.deadlocks)).all()
             kept = ~tables.violated | (mode == "terminate")
             assert (behind[tables.next_state] == entered)[kept].all()
-            made = tables.commit >= 0
-            assert (behind[tables.commit] == behind[:, None])[made].all()
-            assert (tables.progress[tables.commit] == tables.progress[:, None])[made].all()
+            made = tables.select_pair >= 0
+            assert (behind[tables.select_pair] == behind[:, None])[made].all()
+            assert (tables.progress[tables.select_pair] == tables.progress[:, None])[made].all()
 
 
 def test_a_broken_promise_ends_the_episode_and_is_no_violation() -> None:
     fg = RabinAutomaton(("a",), [[0, 0]], [0, 1], [[[1, 0]]], [[[0, 1]]], acceptance="transition", formula="FG a")
     tables = get_scheme("zeta-discount", zeta=0.9).compile(fg)
-    assert tables.commit.tolist() == [[1], [-1]]
+    assert tables.select_pair.tolist() == [[1], [-1]]
     assert tables.reward.tolist() == [[0, 0], [0, 1]]
     assert tables.stop.tolist() == [[0, 0], [1, 0]]
     assert tables.next_state.tolist() == [[0, 0], [0, 1]]
