@@ -20,7 +20,7 @@ from dataclasses import replace
 from suite_tasks import load_suite
 
 from ltlc import compile
-from ltlc.automata import RabinAutomaton, to_parity
+from ltlc.automata import DRA, to_parity
 from ltlc.faithful import Candidate, FaithfulnessReport, faithfulness
 from ltlc.mdp import LabelledMDP
 from ltlc.rewards.sadigh import Sadigh
@@ -68,7 +68,7 @@ def report(task: str, candidates: Sequence[str] | None = None) -> FaithfulnessRe
     return replace(found[0], rows=tuple(row for one in found for row in one.rows))
 
 
-def one_report(model: LabelledMDP, automaton: RabinAutomaton, name: str) -> FaithfulnessReport:
+def one_report(model: LabelledMDP, automaton: DRA, name: str) -> FaithfulnessReport:
     """The faithfulness of one candidate."""
     candidate = CANDIDATES[name]
     if name.endswith("marks only") and isinstance(candidate.scheme, Sadigh):

@@ -18,7 +18,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from ltlc.automata import RabinAutomaton, equivalent
+from ltlc.automata import DRA, equivalent
 from ltlc.errors import LimitExceeded
 from ltlc.ltl import parse
 from ltlc.minimize import collapse, minimize
@@ -81,7 +81,7 @@ def measured(row: dict[str, str], options: argparse.Namespace) -> dict[str, Any]
     }
 
 
-def without_sink(automaton: RabinAutomaton) -> int:
+def without_sink(automaton: DRA) -> int:
     return automaton.n_states - len(automaton.deadlocks)
 
 

@@ -31,7 +31,7 @@ from suite_world import ModelWorld
 
 from ltlc import Task, compile
 from ltlc.agents import FittedQConfig, greedy_policy, train
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import UnknownNameError
 from ltlc.ltl import parse, to_text
@@ -88,7 +88,7 @@ class Learned:
     """seconds of processor time."""
 
 
-def automaton_of(task: SuiteTask) -> RabinAutomaton:
+def automaton_of(task: SuiteTask) -> DRA:
     return compile(task.formula, acceptance="transition")
 
 

@@ -30,7 +30,7 @@ from typing import Any, TypeVar, get_args
 from rich.console import Console
 from rich.progress import track
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.errors import InvalidArgumentError, LimitExceeded
 from ltlc.ltl import Formula, parse, read_formulas, to_text
 from ltlc.translate import TRANSLATORS, Effort, Options, translate
@@ -85,7 +85,7 @@ def read_rows(path: Path) -> list[Row]:
     ]
 
 
-def by_ltlc(formula: Formula, translator: str, options: argparse.Namespace) -> RabinAutomaton:
+def by_ltlc(formula: Formula, translator: str, options: argparse.Namespace) -> DRA:
     return translate(
         formula,
         Options(

@@ -19,7 +19,8 @@ if not _Path(__path__[0], "grammars").is_dir():
 from ltlc.version import __version__
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA, compile, load
+    from ltlc.automata import DRA
+    from ltlc.compiler import compile, load
     from ltlc.envs import LTLVectorWrapper, LTLWrapper
     from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
     from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
@@ -48,7 +49,7 @@ __all__ = [
 ]
 
 _HOME = {
-    "DRA": "ltlc.compiler",
+    "DRA": "ltlc.automata",
     "Formula": "ltlc.ltl",
     "Judge": "ltlc.mdp",
     "LTLVectorWrapper": "ltlc.envs",

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import islice
 
 from ltlc import formats
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, check_type
@@ -19,11 +19,7 @@ MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
 
 
-Cache = MutableMapping[tuple[Formula, Options], RabinAutomaton]
-
-
-DRA = RabinAutomaton
-"""The deterministic Rabin automaton."""
+Cache = MutableMapping[tuple[Formula, Options], DRA]
 
 
 def compile(

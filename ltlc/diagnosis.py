@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.mdp import LabelledMDP, MaxSatisfaction, Product, max_satisfaction_probability
 from ltlc.mdp.product_exploration import InitialLabel
 from ltlc.mdp.reachability import distance_to
@@ -32,7 +32,7 @@ class Diagnostic:
 
 
 def diagnose(
-    automaton: RabinAutomaton,
+    automaton: DRA,
     mdp: LabelledMDP | None = None,
     *,
     episode_steps: int | None = None,
@@ -66,7 +66,7 @@ def diagnose(
     return tuple(diagnostics)
 
 
-def _about_formula(automaton: RabinAutomaton) -> tuple[Diagnostic, ...]:
+def _about_formula(automaton: DRA) -> tuple[Diagnostic, ...]:
     formula = automaton.formula or "the language of the automaton"
     if automaton.initial_state in automaton.deadlocks:
         text = (
@@ -79,7 +79,7 @@ def _about_formula(automaton: RabinAutomaton) -> tuple[Diagnostic, ...]:
     return ()
 
 
-def _about_labels(automaton: RabinAutomaton, mdp: LabelledMDP) -> list[Diagnostic]:
+def _about_labels(automaton: DRA, mdp: LabelledMDP) -> list[Diagnostic]:
     """Propositions without a say, among the states that can be reached."""
     shown = np.asarray(mdp.label_probability[np.flatnonzero(mdp.explicit.reachable)].sum(axis=0)).ravel() > 0
     letters = mdp.letters[shown]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, StateLimitExceeded
 from ltlc.ltl import Formula
@@ -58,7 +58,7 @@ class Candidate:
         found = get_scheme(scheme, **parameters)
         return cls(_title(scheme, parameters, on_deadlock, on_termination), found, on_deadlock, on_termination)
 
-    def task(self, automaton: RabinAutomaton) -> Task:
+    def task(self, automaton: DRA) -> Task:
         """The task of an automaton with these rewards; a missing guarantee is no reason to warn here.
 
         Raises:
@@ -137,7 +137,7 @@ def default_candidates(
 
 def faithfulness(
     mdp: LabelledMDP,
-    formula: Formula | str | RabinAutomaton,
+    formula: Formula | str | DRA,
     candidates: Sequence[Candidate] | None = None,
     *,
     initial_label: InitialLabel = "read",
@@ -159,7 +159,7 @@ def faithfulness(
         LtlSyntaxError: the text is not a formula.
         UnknownNameError: the formula has a proposition that the environment does not label.
     """
-    automaton = formula if isinstance(formula, RabinAutomaton) else compile(formula)
+    automaton = formula if isinstance(formula, DRA) else compile(formula)
     maximum = max_satisfaction_probability(Product(mdp, automaton, initial_label=initial_label))
     rows = [
         _row(mdp, automaton, candidate, maximum.probability, initial_label)
@@ -169,7 +169,7 @@ def faithfulness(
 
 
 def _row(
-    mdp: LabelledMDP, automaton: RabinAutomaton, candidate: Candidate, maximum: float, initial_label: InitialLabel
+    mdp: LabelledMDP, automaton: DRA, candidate: Candidate, maximum: float, initial_label: InitialLabel
 ) -> Faithfulness:
     scheme = candidate.scheme
     objective = satisfaction = gap = None

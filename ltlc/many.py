@@ -11,10 +11,10 @@ from itertools import chain, islice
 from multiprocessing import get_context
 from numbers import Integral
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
-from ltlc.compiler import DRA, Cache, as_formula, canonical_propositions
+from ltlc.compiler import Cache, as_formula, canonical_propositions
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl import Formula
 from ltlc.translate import Effort, Options, translate
@@ -102,7 +102,7 @@ def compile_many(
     return [replace(known[shape, options], aps=names, formula=text) for shape, names, text in read]
 
 
-def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[Formula, RabinAutomaton]]:
+def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[Formula, DRA]]:
     """The shapes with their automata, in order; the first one comes when there are no more jobs to come."""
     n_workers = os.cpu_count() or 1 if workers is None else workers
     first = list(islice(jobs, 2 * _CHUNK if n_workers > 1 else None))
@@ -111,7 +111,7 @@ def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[For
             yield job[0], _translate(job)
         return
     ahead = chain(first, jobs)
-    under_way: list[tuple[list[_Job], Future[list[RabinAutomaton]]]] = []
+    under_way: list[tuple[list[_Job], Future[list[DRA]]]] = []
     with ProcessPoolExecutor(n_workers, mp_context=get_context("spawn")) as pool:
         try:
             # Others translate while this process still reads formulas.
@@ -124,11 +124,11 @@ def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[For
                 automata.cancel()
 
 
-def _translate_all(jobs: list[_Job]) -> list[RabinAutomaton]:
+def _translate_all(jobs: list[_Job]) -> list[DRA]:
     return [_translate(job) for job in jobs]
 
 
-def _translate(job: _Job) -> RabinAutomaton:
+def _translate(job: _Job) -> DRA:
     shape, options, text, spent = job
     with time_limit(text, options.timeout, spent):
         return translate(shape, options, text=text)

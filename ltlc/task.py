@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, check_type
@@ -56,7 +56,7 @@ class Task:
 
     def __init__(
         self,
-        formula: Formula | str | RabinAutomaton,
+        formula: Formula | str | DRA,
         reward: str | RewardScheme = RECOMMENDED,
         *,
         shaping: float = 0.0,
@@ -66,7 +66,7 @@ class Task:
         acceptance: AcceptanceKind = "state",
         translator: str = "auto",
     ) -> None:
-        if isinstance(formula, RabinAutomaton):
+        if isinstance(formula, DRA):
             automaton = formula
         else:
             automaton = compile(formula, acceptance=acceptance, translator=translator)
@@ -112,7 +112,7 @@ def _no_guarantee(scheme: RewardScheme) -> str:
     )
 
 
-def with_hold(automaton: RabinAutomaton, proposition: str) -> RabinAutomaton:
+def with_hold(automaton: DRA, proposition: str) -> DRA:
     """The automaton with one more proposition; on letters that have it, the state stays what it is.
 
     Standing still counts as entering the state again; with acceptance on transitions it carries no mark.

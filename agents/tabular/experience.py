@@ -10,7 +10,7 @@ import numpy.typing as npt
 import torch
 from gymnasium.vector import VectorEnv
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import LabelledMDP, Product, RewardProduct
@@ -183,6 +183,6 @@ class _Unrewarded(RewardScheme):
         """Itself: nobody learns from these rewards, so there is nothing to warn of."""
         return self
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """No rewards."""
         return StepRewards(accepted=np.zeros(dra.delta.shape, dtype=np.bool_))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ltlc import formats
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import FileFormatError, InvalidArgumentError
 from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, get_scheme
@@ -50,7 +50,7 @@ class RunConfig:
     agent_reason: str | None = None
     """why this agent was chosen; None: somebody named it."""
 
-    def task(self, automaton: RabinAutomaton) -> Task:
+    def task(self, automaton: DRA) -> Task:
         """The task of an automaton with these rewards.
 
         Raises:
@@ -130,7 +130,7 @@ def _what_is_learned(config: Mapping[str, Any]) -> dict[str, Any]:
     return values
 
 
-def identity(config: Mapping[str, Any], automaton: RabinAutomaton) -> str:
+def identity(config: Mapping[str, Any], automaton: DRA) -> str:
     """The identity of a run, which all its files carry."""
     text = json.dumps(_what_is_learned(config), sort_keys=True) + formats.to_json(automaton)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]

@@ -27,7 +27,7 @@ import numpy as np
 
 from ltlc import formats
 from ltlc.atomic import atomic_write, atomic_write_all
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.faithful import Shortfall, shortfall
@@ -58,7 +58,7 @@ _EVENTS = "events.out.tfevents.*"
 class RunFolder:
     """A training run on disk; see the head of this module for its files."""
 
-    def __init__(self, path: str | os.PathLike[str], config: RunConfig, automaton: RabinAutomaton) -> None:
+    def __init__(self, path: str | os.PathLike[str], config: RunConfig, automaton: DRA) -> None:
         self.path = Path(path)
         self.config = config
         self.automaton = automaton
@@ -68,7 +68,7 @@ class RunFolder:
 
     @classmethod
     def create(
-        cls, path: str | os.PathLike[str], config: RunConfig, automaton: RabinAutomaton, *, force: bool = False
+        cls, path: str | os.PathLike[str], config: RunConfig, automaton: DRA, *, force: bool = False
     ) -> RunFolder:
         """Begin a run, and keep others from training in its folder until `close`.
 
@@ -189,7 +189,7 @@ class RunFolder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def differs(self, config: RunConfig, automaton: RabinAutomaton) -> list[str]:
+    def differs(self, config: RunConfig, automaton: DRA) -> list[str]:
         """What another configuration or automaton has different; device and threads do not count."""
         same = formats.to_json(self.automaton) == formats.to_json(automaton)
         return [*([] if same else ["formula"]), *self.config.differences(config)]

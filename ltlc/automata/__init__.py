@@ -13,17 +13,17 @@ from ltlc.automata.languages import equivalent_states
 from ltlc.automata.marks import buchi_edges, simplify_marks
 from ltlc.automata.pair_choice import limit_deterministic
 from ltlc.automata.parity import parity_colours, to_parity
-from ltlc.automata.rabin import RabinAutomaton, RabinPair
+from ltlc.automata.rabin import DRA, RabinPair
 from ltlc.automata.refinement import Refinement
 from ltlc.automata.transition_based import to_transition_based
 
 __all__ = [
+    "DRA",
     "Alphabet",
     "Annotations",
     "BuchiAutomaton",
     "ComponentKind",
     "LetterEdge",
-    "RabinAutomaton",
     "RabinPair",
     "Refinement",
     "annotate",

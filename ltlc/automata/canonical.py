@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ltlc.automata.rabin import IntArray, RabinAutomaton
+from ltlc.automata.rabin import DRA, IntArray
 from ltlc.budget import check_time
 
 CANONICAL = "canonical"
-"""the name of the form in `RabinAutomaton.forms`."""
+"""the name of the form in `DRA.forms`."""
 
 
-def canonical(automaton: RabinAutomaton, entered: IntArray | None = None) -> RabinAutomaton:
+def canonical(automaton: DRA, entered: IntArray | None = None) -> DRA:
     """States numbered breadth-first from the initial state, letters in increasing order; unreachable ones dropped.
 
     Letter classes that no reachable state tells apart are merged, and numbered by their first letter. Propositions,
@@ -69,7 +69,7 @@ def canonical(automaton: RabinAutomaton, entered: IntArray | None = None) -> Rab
     ).annotated(CANONICAL, languages=None if languages is None else languages[order])
 
 
-def tells_columns_apart(automaton: RabinAutomaton) -> bool:
+def tells_columns_apart(automaton: DRA) -> bool:
     """Whether no two letter classes do the same; a canonical automaton with other marks stays so exactly then."""
     tables = [automaton.delta] if automaton.acceptance == "state" else [automaton.delta, *automaton.fin, *automaton.inf]
     return len({column.tobytes() for column in np.concatenate(tables).T}) == automaton.n_classes

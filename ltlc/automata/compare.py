@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ltlc.automata.acceptance import exactly_one, only_first
 from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
 from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_walk
-from ltlc.automata.rabin import MAX_APS, RabinAutomaton
+from ltlc.automata.rabin import DRA, MAX_APS
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
@@ -47,22 +47,22 @@ class _Product(NamedTuple):
         return [int(self.letters[c]) for c in columns]
 
 
-def is_empty(a: RabinAutomaton) -> bool:
+def is_empty(a: DRA) -> bool:
     """Whether no word is accepted."""
     return a.initial_state in a.annotations.deadlocks
 
 
-def included(a: RabinAutomaton, b: RabinAutomaton) -> bool:
+def included(a: DRA, b: DRA) -> bool:
     """Whether every word that a accepts is accepted by b; a proposition that only one of them knows is free."""
     return accepting_walk(_product(a, b).edges, only_first(a.n_pairs, b.n_pairs), 0) is None
 
 
-def equivalent(a: RabinAutomaton, b: RabinAutomaton) -> bool:
+def equivalent(a: DRA, b: DRA) -> bool:
     """Whether the automata accept the same words; a proposition that only one of them knows is free."""
     return accepting_walk(_product(a, b).edges, exactly_one(a.n_pairs, b.n_pairs), 0) is None
 
 
-def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
+def counterexample(a: DRA, b: DRA) -> LassoWord | None:
     """A word that exactly one of the automata accepts, or None if they are equivalent."""
     found = distinguishing_letters(a, b)
     if found is None:
@@ -71,7 +71,7 @@ def counterexample(a: RabinAutomaton, b: RabinAutomaton) -> LassoWord | None:
     return LassoWord(_letter_sets(aps, prefix), _letter_sets(aps, cycle))
 
 
-def distinguishing_letters(a: RabinAutomaton, b: RabinAutomaton) -> tuple[tuple[str, ...], list[int], list[int]] | None:
+def distinguishing_letters(a: DRA, b: DRA) -> tuple[tuple[str, ...], list[int], list[int]] | None:
     """`counterexample` as propositions, and prefix and cycle as bitmasks over them.
 
     The propositions are those of the automata, in the order of a and then b; some that do not matter may be missing.
@@ -85,7 +85,7 @@ def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[
     return tuple(frozenset(name for i, name in enumerate(aps) if letter >> i & 1) for letter in letters)
 
 
-def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:
+def _product(a: DRA, b: DRA) -> _Product:
     """The reachable pairs of states, and what is seen on the way from one to the next."""
     aps, letters, class_a, class_b = _joint_letters(a.alphabet, b.alphabet)
     if a.n_states * b.n_states * len(letters) <= _SMALL_PRODUCT:
@@ -102,9 +102,7 @@ def _product(a: RabinAutomaton, b: RabinAutomaton) -> _Product:
     return _Product(edges, delta, marks, aps, letters)
 
 
-def _explored(
-    a: RabinAutomaton, b: RabinAutomaton, class_a: list[int], class_b: list[int]
-) -> tuple[list[int], list[list[int]]]:
+def _explored(a: DRA, b: DRA, class_a: list[int], class_b: list[int]) -> tuple[list[int], list[list[int]]]:
     """State a * n_b + b of each product state, and the number of its successor for each letter; breadth-first."""
     n = b.n_states
     rows_a = [[row[c] * n for c in class_a] for row in a.rows]
@@ -124,9 +122,7 @@ def _explored(
     return codes, delta
 
 
-def _explored_in_layers(
-    a: RabinAutomaton, b: RabinAutomaton, class_a: IntArray, class_b: IntArray
-) -> tuple[list[int], list[list[int]]]:
+def _explored_in_layers(a: DRA, b: DRA, class_a: IntArray, class_b: IntArray) -> tuple[list[int], list[list[int]]]:
     """Like `_explored`, with whole layers of states at once in numpy."""
     delta_a, delta_b = a.delta[:, class_a].astype(np.int64), b.delta[:, class_b].astype(np.int64)
     layers = [np.array([a.initial_state * b.n_states + b.initial_state], dtype=np.int64)]

@@ -10,10 +10,10 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.registry import Registry, import_object
 
 if TYPE_CHECKING:
-    from ltlc.automata.rabin import RabinAutomaton
+    from ltlc.automata.rabin import DRA
 
-Writer = Callable[["RabinAutomaton"], str | bytes]
-Reader = Callable[[str], "RabinAutomaton"]
+Writer = Callable[["DRA"], str | bytes]
+Reader = Callable[[str], "DRA"]
 
 
 @dataclass(frozen=True)
@@ -40,13 +40,13 @@ class Format:
     reader: Reader | str | None = None
     begins: tuple[str, ...] = ()
 
-    def write(self, automaton: RabinAutomaton) -> bytes:
+    def write(self, automaton: DRA) -> bytes:
         """The content of a file; text is UTF-8."""
         writer = self._imported(self.writer)
         content: str | bytes = writer(automaton)
         return content.encode("utf-8") if isinstance(content, str) else content
 
-    def read(self, text: str) -> RabinAutomaton:
+    def read(self, text: str) -> DRA:
         """The automaton of a content.
 
         Raises:
@@ -56,7 +56,7 @@ class Format:
         if self.reader is None:
             known = " and ".join(name for name, form in FORMATS.items() if form.reader is not None)
             raise InvalidArgumentError(f"nothing reads the format {self.name!r}; {known} are read")
-        automaton: RabinAutomaton = self._imported(self.reader)(text)
+        automaton: DRA = self._imported(self.reader)(text)
         return automaton
 
     def _imported(self, function: Any) -> Any:

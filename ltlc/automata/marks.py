@@ -18,17 +18,17 @@ from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, rabin_pair
 from ltlc.automata.canonical import CANONICAL, tells_columns_apart
 from ltlc.automata.emptiness import MarkedEdge, accepting_parts
-from ltlc.automata.rabin import BoolArray, RabinAutomaton
+from ltlc.automata.rabin import DRA, BoolArray
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
 
 SIMPLE_MARKS = "simple marks"
-"""the name of the form in `RabinAutomaton.forms`."""
+"""the name of the form in `DRA.forms`."""
 EdgePair = tuple[set[MarkedEdge], set[MarkedEdge]]
 """Fin and Inf edges of one pair in one strong component."""
 
 
-def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
+def simplify_marks(automaton: DRA) -> DRA:
     """Choose the marks anew: no mark on edges that are on no cycle, and only needed pairs.
 
     No Fin where there is no accepting cycle, no pair with Fin where one without does (Buchi type), one pair where one
@@ -64,7 +64,7 @@ def simplify_marks(automaton: RabinAutomaton) -> RabinAutomaton:
     return result.annotated(CANONICAL) if stays else result
 
 
-def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:
+def buchi_edges(automaton: DRA) -> BoolArray | None:
     """Edges that make the automaton a Buchi automaton for its own language, or None if no choice of edges does.
 
     Returns:
@@ -88,7 +88,7 @@ def buchi_edges(automaton: RabinAutomaton) -> BoolArray | None:
     return np.array(rows, dtype=np.bool_)
 
 
-def components(automaton: RabinAutomaton) -> Iterator[Component]:
+def components(automaton: DRA) -> Iterator[Component]:
     """The non-trivial strong components, in topological order."""
     scc = automaton.scc
     for nodes in graph.component_members(scc):
@@ -100,7 +100,7 @@ def components(automaton: RabinAutomaton) -> Iterator[Component]:
 
 @dataclass(frozen=True)
 class Component:
-    """A strong component, with marks as in `RabinAutomaton.edge_marks`."""
+    """A strong component, with marks as in `DRA.edge_marks`."""
 
     nodes: list[int]
     edges: list[MarkedEdge]

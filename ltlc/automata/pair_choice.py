@@ -9,12 +9,12 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import Component, components
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.automata.refinement import Refinement
 from ltlc.automata.transition_based import to_transition_based
 
 
-def limit_deterministic(automaton: RabinAutomaton) -> Refinement:
+def limit_deterministic(automaton: DRA) -> Refinement:
     """A Buchi automaton for the same language, deterministic but for one choice of a pair in each run.
 
     The first states are those of the automaton. In a strong component that is of Buchi type they accept by themselves.
@@ -79,6 +79,6 @@ def _parts(component: Component, fin: set[MarkedEdge]) -> list[set[MarkedEdge]]:
     return [parts[key] for key in sorted(parts)]
 
 
-def _edges(automaton: RabinAutomaton, state: int) -> list[MarkedEdge]:
+def _edges(automaton: DRA, state: int) -> list[MarkedEdge]:
     """The edges of a state, a letter class each."""
     return [(state, t, m) for t, m in zip(automaton.rows[state], automaton.edge_marks[state], strict=True)]

@@ -15,7 +15,7 @@ from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
-from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
+from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.automata.refinement import Refinement
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import MAX_STATES, check_time
@@ -26,7 +26,7 @@ Copy = tuple[int, int]
 """A state and a record; where no record is needed, it is 0."""
 
 
-def parity_colours(automaton: RabinAutomaton) -> IntArray | None:
+def parity_colours(automaton: DRA) -> IntArray | None:
     """Colours that make the automaton a parity automaton for its own language, or None where no colours do.
 
     Every strong component gets the fewest colours it can have, from 0 up: {0, 1} is Buchi, {1, 2} co-Buchi, {0} rejects
@@ -51,7 +51,7 @@ def parity_colours(automaton: RabinAutomaton) -> IntArray | None:
     return _table(automaton, colours)
 
 
-def to_parity(automaton: RabinAutomaton, *, max_states: int = MAX_STATES) -> Refinement:
+def to_parity(automaton: DRA, *, max_states: int = MAX_STATES) -> Refinement:
     """A parity automaton for the same language, written as a chain of Rabin pairs with acceptance on transitions.
 
     Strong components that are of parity type as they are stay as they are. In each other one the state is joined by a
@@ -132,8 +132,8 @@ def _parts(edges: set[MarkedEdge]) -> list[set[MarkedEdge]]:
 
 
 def _product(
-    automaton: RabinAutomaton, records: dict[int, CycleDecomposition], colours: Colours, max_states: int
-) -> tuple[RabinAutomaton, IntArray]:
+    automaton: DRA, records: dict[int, CycleDecomposition], colours: Colours, max_states: int
+) -> tuple[DRA, IntArray]:
     """The automaton with records, breadth-first, and the state behind each of its states."""
 
     def enter(state: int) -> Copy:
@@ -203,7 +203,7 @@ def _chain(colours: IntArray) -> tuple[BoolArray, BoolArray]:
     return colours > odd, colours == odd
 
 
-def _table(automaton: RabinAutomaton, colours: Colours) -> IntArray:
+def _table(automaton: DRA, colours: Colours) -> IntArray:
     rows = [
         [colours.get((q, target, marks), 0) for target, marks in zip(targets, row, strict=True)]
         for q, (targets, row) in enumerate(zip(automaton.rows, automaton.edge_marks, strict=True))

@@ -48,7 +48,7 @@ class RabinPair(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RabinAutomaton(Output):
+class DRA(Output):
     """A complete deterministic automaton with a Rabin acceptance condition.
 
     A run is accepted iff for some pair i it takes marks of `fin[i]` finitely often and marks of `inf[i]` infinitely
@@ -306,7 +306,7 @@ def _check(condition: bool, message: str) -> None:
         raise InvalidAutomatonError(message)
 
 
-def _freeze(automaton: RabinAutomaton, field: str, dtype: type[np.generic], shape: tuple[int | None, ...]) -> None:
+def _freeze(automaton: DRA, field: str, dtype: type[np.generic], shape: tuple[int | None, ...]) -> None:
     array = np.array(getattr(automaton, field), dtype=dtype)
     known = len(shape) - shape.count(None)  # the sizes that are known come last
     if array.ndim != len(shape) or array.shape[array.ndim - known :] != shape[len(shape) - known :]:

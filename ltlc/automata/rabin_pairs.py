@@ -22,7 +22,7 @@ from ltlc.automata.alphabet import grouped
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge
-from ltlc.automata.rabin import BoolArray, IntArray, RabinAutomaton
+from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 
@@ -142,7 +142,7 @@ def to_rabin(
     on_states: bool = False,
     way: Way = "smaller",
     least_pairs: int = 1,
-) -> RabinAutomaton:
+) -> DRA:
     """The Rabin automaton of an Emerson-Lei automaton, `localized` before unless each clause has one Inf mark at most.
 
     States keep their numbers if no component needs a memory; otherwise they are numbered breadth-first.
@@ -200,7 +200,7 @@ def to_rabin(
     state_marks = [marks_of(q, memory) for q, memory in copies] if on_states else None
     block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, int(letter_class.max()) + 1, budget)
     acceptance: Literal["state", "transition"] = "state" if on_states else "transition"
-    return RabinAutomaton(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance)
+    return DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance)
 
 
 def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], way: Way) -> Memory:
@@ -227,7 +227,7 @@ def _as_arrays(
     """Dense tables over the coarsest letter classes that the edges respect; marks are those of edges if not of states.
 
     Returns:
-        The new class of each old one, next states, Fin and Inf marks; as in `RabinAutomaton`.
+        The new class of each old one, next states, Fin and Inf marks; as in `DRA`.
     """
     distinct = list(dict.fromkeys(e.letters for out in edges for e in out))
     block_of, block_sets = grouped(distinct, n_classes)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 
 IntArray = npt.NDArray[np.int32]
 
@@ -27,12 +27,12 @@ class Refinement:
         select_pair: shape (n_states, n_choices), int32; the state after choice i, or -1 where it cannot be made.
     """
 
-    automaton: RabinAutomaton
+    automaton: DRA
     origin: IntArray
     select_pair: IntArray
 
     @classmethod
-    def trivial(cls, automaton: RabinAutomaton) -> Refinement:
+    def trivial(cls, automaton: DRA) -> Refinement:
         """The automaton itself."""
         n = automaton.n_states
         return cls(automaton, np.arange(n, dtype=np.int32), np.zeros((n, 0), dtype=np.int32))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 
 
-def to_transition_based(automaton: RabinAutomaton) -> RabinAutomaton:
+def to_transition_based(automaton: DRA) -> DRA:
     """The same automaton with the marks of each state on the transitions into it."""
     if automaton.acceptance == "transition":
         return automaton

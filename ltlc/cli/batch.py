@@ -14,7 +14,7 @@ from ltlc.cli.outputs import write_bytes
 from ltlc.cli.summary import as_data
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
 
 
 def compile_file(

@@ -13,7 +13,7 @@ from ltlc.cli.inputs import formula_text, given_automaton
 from ltlc.cli.messages import complain
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
     from ltlc.ltl import Formula, LassoWord
 
 

@@ -16,7 +16,7 @@ from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
 
 
 def compile_(

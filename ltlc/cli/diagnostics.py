@@ -6,13 +6,13 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ltlc.automata import RabinAutomaton
+    from ltlc.automata import DRA
     from ltlc.envs.spec import EnvSpec
     from ltlc.mdp import MaxSatisfaction
 
 
 def tell(
-    automaton: RabinAutomaton,
+    automaton: DRA,
     env_spec: EnvSpec,
     *,
     episodes: bool = False,

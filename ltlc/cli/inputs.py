@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
 
 
 def formula_text(argument: str) -> str:

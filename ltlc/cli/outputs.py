@@ -13,7 +13,7 @@ from ltlc.cli import flags
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
 
 Output = Annotated[
     list[str] | None,

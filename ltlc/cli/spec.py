@@ -13,7 +13,7 @@ from ltlc.cli.inputs import given_automaton
 from ltlc.cli.values import assignments, kinds_of
 
 if TYPE_CHECKING:
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
     from ltlc.envs.spec import EnvSpec
 
 

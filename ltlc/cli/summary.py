@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ltlc.compiler import DRA
+    from ltlc.automata import DRA
 
 ROWS = 60
 """States listed on a terminal; a longer list is better read by a program."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ltlc.agents.training.report import Report
     from ltlc.agents.training.run_config import RunConfig
     from ltlc.agents.training.run_folder import RunFolder
-    from ltlc.automata import RabinAutomaton
+    from ltlc.automata import DRA
     from ltlc.envs.spec import EnvSpec
 
 COMPARED_UP_TO = 20_000
@@ -209,7 +209,7 @@ def _with_agent(
 def _begun(
     folder: Path,
     wanted: RunConfig,
-    automaton: RabinAutomaton,
+    automaton: DRA,
     given: Collection[str],
     *,
     resume: bool,
@@ -252,7 +252,7 @@ def _check_actions(env_spec: EnvSpec) -> None:
 def _chosen(
     agent: str,
     frame: RunConfig,
-    automaton: RabinAutomaton,
+    automaton: DRA,
     hyper: Sequence[str] | None,
     preset: Preset,
     device: str | None,

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.compiler import compile
 from ltlc.envs.letters import Letters
 from ltlc.envs.vector_world import BoolArray, IntArray, SingleWorld, StreamedWorld
@@ -98,7 +98,7 @@ class VectorLetterWorld(StreamedWorld):
         self._map = np.zeros((num_envs, n), dtype=np.int8)
         self._cell = np.zeros(num_envs, dtype=np.int64)
 
-    def optimal_steps(self, formula: Formula | str | RabinAutomaton) -> IntArray:
+    def optimal_steps(self, formula: Formula | str | DRA) -> IntArray:
         """The fewest steps from the start of the maps of now until the formula is satisfied whatever follows.
 
         By breadth-first search on map x automaton.
@@ -112,7 +112,7 @@ class VectorLetterWorld(StreamedWorld):
         Raises:
             UnknownNameError: a proposition is no letter of the world.
         """
-        automaton = formula if isinstance(formula, RabinAutomaton) else compile(formula)
+        automaton = formula if isinstance(formula, DRA) else compile(formula)
         letters = Letters(automaton.aps, self.propositions, "ignore")
         bits = np.arange(len(self.propositions) + 1)
         classes = automaton.letter_class[letters.of_batch((1 << bits) >> 1, len(bits))]

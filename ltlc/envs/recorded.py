@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.errors import UnknownNameError
 
 
@@ -86,7 +86,7 @@ RECORDED: tuple[str, ...] = tuple(_RECORDS)
 """names that `recorded_automaton` knows."""
 
 
-def recorded_automaton(name: str) -> RabinAutomaton:
+def recorded_automaton(name: str) -> DRA:
     """One of the automata of the thesis: phi_1 (6 states), phi_2 (16), phi_3 (4), phi_4 (15).
 
     States are numbered as in the thesis; phi_4 is phi_2 without its sink, numbers above closed up.
@@ -110,7 +110,7 @@ def recorded_automaton(name: str) -> RabinAutomaton:
         delta = np.hstack([delta, np.full_like(delta, record.sink)])
     letter_class, columns = _classes(delta)
     states = np.arange(len(delta))
-    return RabinAutomaton(
+    return DRA(
         aps=aps,
         delta=delta[:, columns],
         letter_class=letter_class,

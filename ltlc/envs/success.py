@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -25,7 +25,7 @@ class Success:
         state: of the automaton, after the last letter; of each episode where there are many.
     """
 
-    def __init__(self, automaton: RabinAutomaton, skip: bool) -> None:
+    def __init__(self, automaton: DRA, skip: bool) -> None:
         self.state: Any = automaton.initial_state
         self._initial, self._skip = automaton.initial_state, skip
         self._classes, self._next = automaton.letter_class, automaton.delta
@@ -44,7 +44,7 @@ class Success:
         return self._holds[self.state, classes]
 
 
-def accepted_forever(automaton: RabinAutomaton) -> BoolArray:
+def accepted_forever(automaton: DRA) -> BoolArray:
     """From which states the word is accepted that repeats one letter class, shape (n_states, n_classes).
 
     Each entry follows a lasso; paths of length 2^k are made of two halves, until they are longer than any cycle.

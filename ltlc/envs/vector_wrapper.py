@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import batch_space
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs.batch import copied, merge, part
 from ltlc.envs.flat_tables import FlatTables
 from ltlc.envs.labeller import VectorLabeller
@@ -78,7 +78,7 @@ class LTLVectorWrapper(_VectorWrapper):
     def __init__(
         self,
         env: VectorEnv[Any, Any, Any],
-        task: Task | Formula | str | RabinAutomaton,
+        task: Task | Formula | str | DRA,
         labels: LabelSource = None,
         *,
         batch_labels: LabelSource = None,

@@ -12,7 +12,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import RecordConstructorArgs
 from gymnasium.wrappers import Autoreset
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs.json_spec import with_clear_json
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import ExtraLabels, LabelSource, importable
@@ -95,7 +95,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def __init__(
         self,
         env: gym.Env[Any, Any],
-        task: Task | Formula | str | RabinAutomaton,
+        task: Task | Formula | str | DRA,
         labels: LabelSource = None,
         *,
         observation: ObservationMode = "dict",

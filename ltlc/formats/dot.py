@@ -11,7 +11,7 @@ from __future__ import annotations
 from html import escape
 
 from ltlc.automata.alphabet import guard_text
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import LabelledEdge, arrows, hidden_states, state_marks
 
@@ -30,7 +30,7 @@ _MAX_STATES_SIDEWAYS = 12
 _LONG_NAME = 4
 
 
-def to_dot(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str:
+def to_dot(automaton: DRA, *, hide_deadlock: bool = False) -> str:
     """The automaton in the DOT language, with its formula as title and a legend.
 
     Args:
@@ -42,7 +42,7 @@ def to_dot(automaton: RabinAutomaton, *, hide_deadlock: bool = False) -> str:
 
 
 class _Drawing:
-    def __init__(self, automaton: RabinAutomaton, hide_deadlock: bool) -> None:
+    def __init__(self, automaton: DRA, hide_deadlock: bool) -> None:
         self.automaton = automaton
         self.hidden = hidden_states(automaton, hide_deadlock)
         # A pair whose inf is everywhere asks for fin alone, and is drawn so.

@@ -7,13 +7,13 @@ References:
 
 from __future__ import annotations
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import edges, state_marks
 from ltlc.version import __version__
 
 
-def to_hoa(automaton: RabinAutomaton) -> str:
+def to_hoa(automaton: DRA) -> str:
     """The automaton in HOA: explicit labels, Fin(2i) & Inf(2i+1) for pair i, marks on states or on transitions.
 
     Every mark of a state is written at the state, every mark of a transition at the transition, so that reading gives
@@ -40,7 +40,7 @@ def to_hoa(automaton: RabinAutomaton) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _body(automaton: RabinAutomaton) -> list[str]:
+def _body(automaton: DRA) -> list[str]:
     numbers = [str(i) for i in range(len(automaton.aps))]
     labels: dict[tuple[int, ...], str] = {}
     lines: list[str] = []

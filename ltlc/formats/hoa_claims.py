@@ -12,7 +12,7 @@ from functools import cached_property
 
 from ltlc import graph
 from ltlc.automata.annotate import ComponentKind
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Evidence:
     """target state of each edge."""
     marks: Sequence[frozenset[int]]
     """acceptance sets of each edge, those of its source included."""
-    automaton: RabinAutomaton
+    automaton: DRA
     """for the same language, its states perhaps multiplied."""
 
     @cached_property

@@ -17,7 +17,7 @@ import numpy as np
 from ltlc.automata.acceptance import NEVER, Acceptance, TooManyClausesError
 from ltlc.automata.alphabet import truth_table
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import MAX_STATES, NO_LIMIT, Budget
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError, StateLimitExceeded
@@ -35,7 +35,7 @@ _MAX_MARKS = 1 << 24
 """entries of the largest table of an automaton with counters, one for each state, letter class and pair."""
 
 
-def from_hoa(text: str) -> RabinAutomaton:
+def from_hoa(text: str) -> DRA:
     """The automaton of an HOA text, which holds exactly one; see `read_hoa_stream`.
 
     Raises:
@@ -52,7 +52,7 @@ def from_hoa(text: str) -> RabinAutomaton:
     return automaton
 
 
-def read_hoa_stream(source: str | Iterable[str]) -> Iterator[RabinAutomaton]:
+def read_hoa_stream(source: str | Iterable[str]) -> Iterator[DRA]:
     """The automata of an HOA stream in order, each as soon as its --END-- has arrived.
 
     The automata must be deterministic. Any acceptance condition over Fin and Inf is turned into Rabin pairs; state
@@ -85,7 +85,7 @@ class _Reader:
         except HoaSyntaxError as error:
             text.fail(error.position, error.message)
 
-    def assembled(self) -> RabinAutomaton:
+    def assembled(self) -> DRA:
         header, body = self.header, self.body
         n_states = len(body.places)
         if header.states is not None and int(header.states) != n_states:
@@ -121,12 +121,12 @@ class _Reader:
                 return False
         return True
 
-    def _empty(self) -> RabinAutomaton:
+    def _empty(self) -> DRA:
         """Without an initial state no word is accepted."""
         marks = np.zeros((0, 1), dtype=np.bool_)
         letters = np.zeros(1 << len(self.header.aps), dtype=np.int32)
         delta = np.zeros((1, 1), dtype=np.int32)
-        return RabinAutomaton(tuple(self.header.aps), delta, letters, marks, marks, formula=self.header.name)
+        return DRA(tuple(self.header.aps), delta, letters, marks, marks, formula=self.header.name)
 
     def _acceptance(self, mark: Mapping[AcceptanceSet, int]) -> Acceptance:
         """Read the acceptance condition; of one that is no list of Rabin pairs, only the sets in use."""
@@ -140,7 +140,7 @@ class _Reader:
             message = f"the acceptance condition has more than {MAX_CLAUSES} terms when written as pairs"
             self.text.fail(header.acceptance or 0, message)
 
-    def _completed(self, n_states: int, complete: bool) -> RabinAutomaton:
+    def _completed(self, n_states: int, complete: bool) -> DRA:
         """Form Rabin pairs; an incomplete automaton gets a rejecting sink."""
         header, body = self.header, self.body
         on_transitions = body.on_edges or ("trans-acc" in header.claims and "state-acc" not in header.claims)
@@ -161,7 +161,7 @@ class _Reader:
             automaton = EmersonLei(edges, conditions, [*[0] * n_states, *[1] * (n_all - n_states)])
         most = min(MAX_STATES, _MAX_MARKS // (n_classes * max(1, len(acceptance))))
         ways: list[Way] = ["smaller", "counters"] if has_counters and on_transitions else ["counters"]
-        found: list[RabinAutomaton] = []
+        found: list[DRA] = []
         for way in ways:
             with suppress(StateLimitExceeded):
                 found.append(

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ltlc.automata.alphabet import guard_text
-from ltlc.automata.rabin import MAX_APS, AcceptanceKind, BoolArray, IntArray, RabinAutomaton
+from ltlc.automata.rabin import DRA, MAX_APS, AcceptanceKind, BoolArray, IntArray
 from ltlc.budget import check_time
 from ltlc.errors import FileFormatError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
@@ -25,7 +25,7 @@ FORMAT = "ltlc-dra"
 MAJOR, MINOR = 1, 0
 
 
-def to_json(automaton: RabinAutomaton) -> str:
+def to_json(automaton: DRA) -> str:
     """The automaton as JSON text, one line per state, transition and pair; the same automaton gives the same bytes."""
     names = automaton.state_names
     deadlocks, sinks = automaton.deadlocks, automaton.accepting_sinks
@@ -62,7 +62,7 @@ def to_json(automaton: RabinAutomaton) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _transitions(automaton: RabinAutomaton) -> list[dict[str, Any]]:
+def _transitions(automaton: DRA) -> list[dict[str, Any]]:
     known: dict[tuple[int, ...], str] = {}
     result = []
     for edge in edges(automaton):
@@ -86,7 +86,7 @@ def _block(key: str, entries: Sequence[object]) -> str:
     return f'  "{key}": [\n{body}\n  ]' if entries else f'  "{key}": []'
 
 
-def from_json(text: str) -> RabinAutomaton:
+def from_json(text: str) -> DRA:
     """The automaton a JSON text describes.
 
     Raises:
@@ -116,7 +116,7 @@ def from_json(text: str) -> RabinAutomaton:
     _check_complete(document["transitions"], sources, guards, n_states, aps)
     letter_class, edge = tabulate(len(aps), n_states, sources, guards)
     fin, inf = _read_marks(document, acceptance, transitions, edge)
-    return RabinAutomaton(
+    return DRA(
         aps=aps,
         delta=np.array(targets, dtype=np.int32)[edge],
         letter_class=letter_class,

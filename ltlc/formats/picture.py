@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time, time_left
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats.dot import FONT, to_dot
@@ -22,7 +22,7 @@ _IN_PACKAGED_FONT = {ord("✗"): "×", ord("✓"): "√"}
 """signs that this font lacks, for pictures that are drawn with it; a reader of an SVG brings fonts that have them."""
 
 
-def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_deadlock: bool = False) -> Path:
+def render(automaton: DRA, path: str | os.PathLike[str], *, hide_deadlock: bool = False) -> Path:
     """Draw the automaton into a .svg, .png or .pdf file; all or nothing.
 
     Returns:
@@ -41,7 +41,7 @@ def render(automaton: RabinAutomaton, path: str | os.PathLike[str], *, hide_dead
 
 
 def drawn(
-    automaton: RabinAutomaton, target: Path, *, hide_deadlock: bool = False
+    automaton: DRA, target: Path, *, hide_deadlock: bool = False
 ) -> tuple[dict[Path, str | bytes], MissingProgramError | None]:
     """What `render` is to write, by path: the picture, or its source beside it and what to tell the user then.
 
@@ -60,17 +60,17 @@ def drawn(
         return {beside: source}, MissingProgramError(advice)
 
 
-def to_svg(automaton: RabinAutomaton) -> bytes:
+def to_svg(automaton: DRA) -> bytes:
     """Draw the automaton as SVG; raises MissingProgramError as `draw` does."""
     return draw(to_dot(automaton), "svg")
 
 
-def to_png(automaton: RabinAutomaton) -> bytes:
+def to_png(automaton: DRA) -> bytes:
     """Draw the automaton as PNG; raises MissingProgramError as `draw` does."""
     return draw(to_dot(automaton), "png")
 
 
-def to_pdf(automaton: RabinAutomaton) -> bytes:
+def to_pdf(automaton: DRA) -> bytes:
     """Draw the automaton as PDF; raises MissingProgramError as `draw` does."""
     return draw(to_dot(automaton), "pdf")
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support
 from ltlc.mdp.model import LabelledMDP
@@ -106,7 +106,7 @@ class Product(LabelledProduct):
     def __init__(
         self,
         mdp: LabelledMDP,
-        automaton: RabinAutomaton,
+        automaton: DRA,
         *,
         select_pair: IntArray | None = None,
         initial_label: InitialLabel = "read",

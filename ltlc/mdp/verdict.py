@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp.explicit import IntArray
 from ltlc.mdp.measures import (
@@ -54,7 +54,7 @@ class JudgedTask(Protocol):
     """What a judge reads of a task (`ltlc.Task`)."""
 
     @property
-    def automaton(self) -> RabinAutomaton:
+    def automaton(self) -> DRA:
         """What decides satisfaction."""
         ...
 
@@ -255,7 +255,7 @@ class Judge:
         return np.unique(inputs.indices)
 
 
-def refined_automaton(automaton: RabinAutomaton, tables: RefinedColumns) -> RabinAutomaton:
+def refined_automaton(automaton: DRA, tables: RefinedColumns) -> DRA:
     """The automaton with the states of reward tables, and one more, the last, that every violation leads to.
 
     It accepts the same words; a policy on table states is one on its states.

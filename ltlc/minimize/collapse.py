@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.marks import simplify_marks
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
 from ltlc.budget import check_time
 from ltlc.minimize.lower_bound import part_lower_bound
@@ -44,7 +44,7 @@ class Minimized:
         lower_bound: no equivalent automaton with the same kind of acceptance has fewer states.
     """
 
-    automaton: RabinAutomaton
+    automaton: DRA
     lower_bound: int
 
     @property
@@ -53,7 +53,7 @@ class Minimized:
         return self.automaton.n_states == self.lower_bound
 
 
-def collapse(automaton: RabinAutomaton) -> Minimized:
+def collapse(automaton: DRA) -> Minimized:
     """Replace each component of the residual automaton by a single state per residual if that can be accepted by pairs.
 
     Exact where it applies, and polynomial but for the number of pairs. It finds what merging cannot, because the pairs
@@ -85,7 +85,7 @@ def quotient(part: Part) -> Structure | None:
     return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
 
 
-def source_structure(automaton: RabinAutomaton, part: Part) -> Structure:
+def source_structure(automaton: DRA, part: Part) -> Structure:
     """The component of the automaton itself."""
     columns = [part.column.index(c) for c in range(part.n_columns)]
     states = list(part.states)
@@ -102,7 +102,7 @@ def _mask(labels: npt.NDArray[np.bool_]) -> int:
     return sum(1 << int(k) for k in np.flatnonzero(labels))
 
 
-def rebuild(found: Residuals, structures: Sequence[Structure]) -> RabinAutomaton:
+def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
     """One structure per part, and one state for each residual in no part; the automaton itself if that is as small."""
     automaton = found.automaton
     first = np.unique(found.language, return_index=True)[1]

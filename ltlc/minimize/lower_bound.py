@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
+from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.minimize.residuals import Part, residuals
 
@@ -11,7 +11,7 @@ _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
 
 
-def lower_bound(automaton: RabinAutomaton, acceptance: AcceptanceKind | None = None) -> int:
+def lower_bound(automaton: DRA, acceptance: AcceptanceKind | None = None) -> int:
     """A number of states that no equivalent automaton goes below.
 
     The sum over the strong components of the residual automaton of `part_lower_bound`, and 1 for each residual that is
@@ -28,7 +28,7 @@ def lower_bound(automaton: RabinAutomaton, acceptance: AcceptanceKind | None = N
     return found.n_residuals + sum(part_lower_bound(p, kind) - len(p.residuals) for p in found.parts)
 
 
-def proven_least(automaton: RabinAutomaton, acceptance: AcceptanceKind | None = None) -> int:
+def proven_least(automaton: DRA, acceptance: AcceptanceKind | None = None) -> int:
     """`lower_bound`, or 1 for a large automaton, which is not looked into."""
     return lower_bound(automaton, acceptance) if automaton.n_states > 1 and can_decide_languages(automaton) else 1
 

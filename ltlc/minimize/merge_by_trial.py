@@ -15,7 +15,7 @@ from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import accepting_walk
 from ltlc.automata.languages import can_decide_languages, equivalent_states
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.errors import TimeLimitExceeded
 
@@ -27,9 +27,7 @@ _FIRST_LOOK = 16
 """nodes of a product after which it is looked at for the first time."""
 
 
-def merge_by_trial(
-    automaton: RabinAutomaton, effort: int = EFFORT, *, reference: RabinAutomaton | None = None, least: int = 1
-) -> RabinAutomaton:
+def merge_by_trial(automaton: DRA, effort: int = EFFORT, *, reference: DRA | None = None, least: int = 1) -> DRA:
     """Replace states by others with the same language, as long as the automaton keeps its language.
 
     Unlike `merge_equivalent` this merges inside a strong component, where equal languages are not enough: a run could
@@ -53,7 +51,7 @@ def merge_by_trial(
     return result
 
 
-def _merging(automaton: RabinAutomaton, effort: int, reference: RabinAutomaton | None) -> Iterator[RabinAutomaton]:
+def _merging(automaton: DRA, effort: int, reference: DRA | None) -> Iterator[DRA]:
     """The automaton in canonical form, and after each merging."""
     current = automaton if CANONICAL in automaton.forms else canonical(automaton)
     yield current
@@ -97,7 +95,7 @@ class _Judge:
         reference: an automaton of the same language over the same propositions.
     """
 
-    def __init__(self, automaton: RabinAutomaton, reference: RabinAutomaton) -> None:
+    def __init__(self, automaton: DRA, reference: DRA) -> None:
         self.reference = reference
         _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
         self.twin = twins(automaton, reference)
@@ -108,7 +106,7 @@ class _Judge:
         self.twin = [self.twin[q] for q in states]
         self._known = {}
 
-    def wrong_word(self, automaton: RabinAutomaton, old: int, new: int) -> _Word | None:
+    def wrong_word(self, automaton: DRA, old: int, new: int) -> _Word | None:
         """A word whose verdict changes if `new` is entered in place of `old`, a state of the same language.
 
         Cycles that are not redirected keep their verdicts, and the others pass through `new`. Most redirections go
@@ -151,7 +149,7 @@ class _Judge:
                     return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
         return None
 
-    def _columns(self, automaton: RabinAutomaton, first: int, last: int) -> list[tuple[int, int, int]]:
+    def _columns(self, automaton: DRA, first: int, last: int) -> list[tuple[int, int, int]]:
         """Of the letters that do the same in these strong components, in both automata, one; with its classes."""
         if (first, last) not in self._known:
             inside = {q for q in range(automaton.n_states) if first <= automaton.scc[q] <= last}
@@ -169,7 +167,7 @@ class _Judge:
         return self._known[first, last]
 
 
-def _kinds_of_columns(automaton: RabinAutomaton, inside: set[int]) -> list[int]:
+def _kinds_of_columns(automaton: DRA, inside: set[int]) -> list[int]:
     """Per letter class a number, the same for those that do the same as long as the run stays in these states."""
     kinds: dict[tuple[tuple[int, int], ...], int] = {}
     tables = [list(zip(automaton.rows[q], automaton.edge_marks[q], strict=True)) for q in sorted(inside)]
@@ -177,7 +175,7 @@ def _kinds_of_columns(automaton: RabinAutomaton, inside: set[int]) -> list[int]:
     return [kinds.setdefault(column, len(kinds)) for column in columns]
 
 
-def twins(automaton: RabinAutomaton, other: RabinAutomaton) -> list[int]:
+def twins(automaton: DRA, other: DRA) -> list[int]:
     """A state of the same language for each state, in an equivalent automaton over the same propositions.
 
     Args:
@@ -195,7 +193,7 @@ def twins(automaton: RabinAutomaton, other: RabinAutomaton) -> list[int]:
     return [twin[q] for q in range(automaton.n_states)]
 
 
-def _way(automaton: RabinAutomaton, state: int) -> list[int]:
+def _way(automaton: DRA, state: int) -> list[int]:
     """Letters that lead from the initial state to another one."""
     came: dict[int, tuple[int, int]] = {}
     order = [automaton.initial_state]
@@ -219,7 +217,7 @@ class _Word(NamedTuple):
     accepted: bool
 
 
-def _refuted(automaton: RabinAutomaton, old: int, new: int, words: list[_Word]) -> bool:
+def _refuted(automaton: DRA, old: int, new: int, words: list[_Word]) -> bool:
     """Whether entering `new` instead of `old` changes the verdict on a word; that word moves to the front."""
     for position, word in enumerate(words):
         if _accepts_redirected(automaton, old, new, word) != word.accepted:
@@ -228,7 +226,7 @@ def _refuted(automaton: RabinAutomaton, old: int, new: int, words: list[_Word]) 
     return False
 
 
-def _accepts_redirected(automaton: RabinAutomaton, old: int, new: int, word: _Word) -> bool:
+def _accepts_redirected(automaton: DRA, old: int, new: int, word: _Word) -> bool:
     """Whether the automaton with every way into `old` leading into `new` accepts the word."""
     rows, marks, letter_class = automaton.rows, automaton.edge_marks, automaton.letter_class
     entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None
@@ -258,7 +256,7 @@ def _accepts_redirected(automaton: RabinAutomaton, old: int, new: int, word: _Wo
     return any(seen >> 2 * i & 3 == 2 for i in range(automaton.n_pairs))
 
 
-def _candidates(automaton: RabinAutomaton, language: IntArray) -> list[tuple[int, int]]:
+def _candidates(automaton: DRA, language: IntArray) -> list[tuple[int, int]]:
     """Pairs (to be replaced, replacement) of states with the same language, the most similar rows first."""
     old, new = pairs_within(language)
     marks = number_blocks(mark for row in automaton.edge_marks for mark in row).reshape(automaton.delta.shape)

@@ -11,16 +11,16 @@ from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, equivalent_states
 from ltlc.automata.marks import SIMPLE_MARKS, simplify_marks
 from ltlc.automata.partition import number_blocks, refine
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.errors import TimeLimitExceeded
 from ltlc.minimize.lower_bound import proven_least
 from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 
 NORMALIZED = "normalized"
-"""the name of the form in `RabinAutomaton.forms`."""
+"""the name of the form in `DRA.forms`."""
 
 
-def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton:
+def reduce(automaton: DRA, *, effort: int = EFFORT) -> DRA:
     """`normalized`, and merged by trial unless it is the smallest already; the kind of acceptance stays.
 
     Args:
@@ -34,9 +34,7 @@ def reduce(automaton: RabinAutomaton, *, effort: int = EFFORT) -> RabinAutomaton
     return result
 
 
-def merged_further(
-    automaton: RabinAutomaton, effort: int = EFFORT, *, reference: RabinAutomaton | None = None, least: int = 1
-) -> RabinAutomaton:
+def merged_further(automaton: DRA, effort: int = EFFORT, *, reference: DRA | None = None, least: int = 1) -> DRA:
     """A normalized automaton with states merged by trial, normalized again; arguments as for `merge_by_trial`."""
     if effort <= 0 or automaton.n_states <= least:
         return automaton
@@ -44,7 +42,7 @@ def merged_further(
     return automaton if smaller.n_states == automaton.n_states else normalized(smaller)
 
 
-def normalized(automaton: RabinAutomaton) -> RabinAutomaton:
+def normalized(automaton: DRA) -> DRA:
     """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
 
     One deadlock and one accepting sink remain at most. Where the time of the call is over, what is left is left out.
@@ -64,7 +62,7 @@ def normalized(automaton: RabinAutomaton) -> RabinAutomaton:
     return result
 
 
-def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:
+def merge_bisimilar(automaton: DRA) -> DRA:
     """Merge states with the same marks whose successors are again such states, for every letter; then `canonical`."""
     if can_decide_languages(automaton) and automaton.n_languages == automaton.n_states:
         return automaton
@@ -76,7 +74,7 @@ def merge_bisimilar(automaton: RabinAutomaton) -> RabinAutomaton:
     return automaton if len(first) == automaton.n_states else canonical(automaton, first[block].astype(np.int32))
 
 
-def merge_equivalent(automaton: RabinAutomaton) -> RabinAutomaton:
+def merge_equivalent(automaton: DRA) -> DRA:
     """Enter, of states with the same language, only those in the last strong component that has one; then `canonical`.
 
     Acceptance forgets prefixes, and a redirected run moves to a later component each time, hence finitely often. So

@@ -17,7 +17,7 @@ import numpy as np
 from ltlc import graph
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.partition import IntArray
-from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
+from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_type import CycleGraph
 from ltlc.budget import check_time
 
@@ -40,7 +40,7 @@ class Part:
     delta: tuple[tuple[int, ...], ...]
     """per state of the part and column: the next state of the part, or -1 where the part is left."""
     marks: tuple[tuple[int, ...], ...]
-    """like `delta`; marks as in `RabinAutomaton.edge_marks`."""
+    """like `delta`; marks as in `DRA.edge_marks`."""
     column: tuple[int, ...]
     """per letter class of the automaton: its column."""
     n_pairs: int
@@ -108,7 +108,7 @@ class Part:
 class Residuals:
     """The residual automaton of the language of a Rabin automaton."""
 
-    automaton: RabinAutomaton
+    automaton: DRA
     """the automaton, canonical."""
     language: IntArray
     """shape (n_states,), int32; entry = residual of the state, numbered by their first states."""
@@ -121,7 +121,7 @@ class Residuals:
         return int(self.language.max()) + 1
 
 
-def residuals(automaton: RabinAutomaton) -> Residuals:
+def residuals(automaton: DRA) -> Residuals:
     """The residual automaton of the language of a Rabin automaton."""
     if CANONICAL not in automaton.forms:
         automaton = canonical(automaton)
@@ -137,7 +137,7 @@ def residuals(automaton: RabinAutomaton) -> Residuals:
     return Residuals(automaton, language, tuple(parts))
 
 
-def _part(automaton: RabinAutomaton, language: IntArray, members: Sequence[int]) -> Part:
+def _part(automaton: DRA, language: IntArray, members: Sequence[int]) -> Part:
     """The states of the last strong component that maps into these residuals; it covers them all."""
     scc = np.array(automaton.scc)
     last = int(scc[np.isin(language, members)].max())

@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.budget import time_limit
 from ltlc.errors import TimeLimitExceeded
 from ltlc.minimize.collapse import Minimized, Structure, quotient, rebuild, source_structure
@@ -16,7 +16,7 @@ from ltlc.minimize.residuals import Part, residuals
 from ltlc.minimize.sat_search import Search, Word
 
 
-def minimize(automaton: RabinAutomaton, *, timeout: float | None = None) -> Minimized:
+def minimize(automaton: DRA, *, timeout: float | None = None) -> Minimized:
     """A smallest equivalent automaton with the same kind of acceptance, and any number of Rabin pairs.
 
     A smallest automaton consists of one strong component for each strong component of the residual automaton (see

@@ -15,7 +15,7 @@ from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
 from ltlc.automata.emptiness import MarkedEdge, accepting_parts
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import Component, components, simplify_marks
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
 from ltlc.minimize.lower_bound import proven_least
@@ -27,13 +27,13 @@ MAX_EDGES_CHECKED = 20_000
 
 
 def to_state_based(
-    automaton: RabinAutomaton,
+    automaton: DRA,
     *,
     effort: int = EFFORT,
     budget: Budget = NO_LIMIT,
-    reference: RabinAutomaton | None = None,
+    reference: DRA | None = None,
     least: int | None = None,
-) -> RabinAutomaton:
+) -> DRA:
     """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
     A state is split by the marks of the transitions that enter it from its own strong component; other transitions
@@ -78,7 +78,7 @@ def to_state_based(
     return best
 
 
-def _with_languages(automaton: RabinAutomaton, reference: RabinAutomaton) -> RabinAutomaton:
+def _with_languages(automaton: DRA, reference: DRA) -> DRA:
     """The automaton with its `languages` if those of an equivalent one can be found within the time."""
     with suppress(TimeLimitExceeded):
         if reference.has_languages or can_decide_languages(reference):
@@ -86,9 +86,7 @@ def _with_languages(automaton: RabinAutomaton, reference: RabinAutomaton) -> Rab
     return automaton
 
 
-def _split(
-    automaton: RabinAutomaton, marks: Mapping[MarkedEdge, int], budget: Budget, once: bool = False
-) -> RabinAutomaton:
+def _split(automaton: DRA, marks: Mapping[MarkedEdge, int], budget: Budget, once: bool = False) -> DRA:
     """States are (state, marks on entry).
 
     Args:

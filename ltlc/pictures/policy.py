@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata import RabinAutomaton, guard_text
+from ltlc.automata import DRA, guard_text
 from ltlc.board import DIRECTIONS, Board
 from ltlc.errors import InvalidArgumentError
 from ltlc.pictures.plotting import ARROW, FAINT, INK, LINES, NEVER, PAPER, RULE, WALL, blank, saved
@@ -30,7 +30,7 @@ def draw_policy(
     path: str | os.PathLike[str],
     board: Board,
     policy: IntArray,
-    automaton: RabinAutomaton,
+    automaton: DRA,
     tables: RewardTables,
     *,
     title: str,
@@ -95,7 +95,7 @@ def draw_policy(
     return saved(figure, path)
 
 
-def waits_for(automaton: RabinAutomaton, classes: IntArray) -> list[str]:
+def waits_for(automaton: DRA, classes: IntArray) -> list[str]:
     """For each state the letters that lead on towards the next accepting step, as a guard; else what the state is.
 
     Args:
@@ -123,7 +123,7 @@ def waits_for(automaton: RabinAutomaton, classes: IntArray) -> list[str]:
     return texts
 
 
-def _restricted(automaton: RabinAutomaton, classes: IntArray) -> RabinAutomaton:
+def _restricted(automaton: DRA, classes: IntArray) -> DRA:
     """The automaton on some letter classes; what it does on other letters means nothing."""
     number = np.zeros(automaton.n_classes, dtype=np.int32)
     number[classes] = np.arange(len(classes))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.pictures.plotting import FAINT, INK, PAPER, RULE, blank, saved
 from ltlc.pictures.policy import waits_for
 from ltlc.scene import Scene
@@ -57,7 +57,7 @@ class Trajectory:
 def draw_trajectories(
     path: str | os.PathLike[str],
     trajectories: Sequence[Trajectory],
-    automaton: RabinAutomaton,
+    automaton: DRA,
     *,
     title: str,
     subtitle: str = "",
@@ -163,7 +163,7 @@ def _unwrapped(
     )
 
 
-def _possible_classes(automaton: RabinAutomaton, trajectories: Sequence[Trajectory]) -> IntArray:
+def _possible_classes(automaton: DRA, trajectories: Sequence[Trajectory]) -> IntArray:
     """Letter classes of what can hold together somewhere in the worlds."""
     labels = set().union(*(one.scene.labels for one in trajectories))
     letters = [sum(1 << i for i, name in enumerate(automaton.aps) if name in label) for label in labels]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.rewards.forms import buchi_or_one_pair, one_pair_form
 from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
 
@@ -32,11 +32,11 @@ class Accept(RewardScheme):
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """See `ltlc.rewards.forms.one_pair_form`."""
         return one_pair_form(dra)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """1 on acceptance; an accepting sink is worth 1 at every step for ever."""
         accepted = buchi_or_one_pair(self, dra)
         return StepRewards(

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.rewards.forms import buchi, buchi_form
 from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability, nearer_to_one
 from ltlc.rewards.tables import BoolArray
@@ -34,11 +34,11 @@ class BuchiScheme(RewardScheme):
         name = self.limit_parameter
         return dataclasses.replace(self, **{name: nearer_to_one(getattr(self, name), k)})
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """See `ltlc.rewards.forms.buchi_form`."""
         return buchi_form(dra)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """What is paid on the accepting edges of the Büchi form, and on the others."""
         return self.payments(buchi(self, dra))
 

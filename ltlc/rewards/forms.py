@@ -1,6 +1,6 @@
 """Which acceptance form a deterministic Rabin automaton has, whatever pairs it is written with, and how to get one.
 
-Marks are on edges (state, letter class) here, as `RabinAutomaton.edge_fin` and `edge_inf` give them.
+Marks are on edges (state, letter class) here, as `DRA.edge_fin` and `edge_inf` give them.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc import automata, graph
-from ltlc.automata import RabinAutomaton, Refinement, limit_deterministic, to_parity
+from ltlc.automata import DRA, Refinement, limit_deterministic, to_parity
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.scheme import RewardScheme
 from ltlc.rewards.tables import BoolArray, IntArray
 
 
-def relevant_marks(dra: RabinAutomaton) -> tuple[BoolArray, BoolArray]:
+def relevant_marks(dra: DRA) -> tuple[BoolArray, BoolArray]:
     """Fin and Inf marks that can matter, each of shape (n_pairs, n_states, n_classes).
 
     A mark of a pair is kept only inside a strong component that has an accepting cycle of that pair: elsewhere it is
@@ -37,7 +37,7 @@ def relevant_marks(dra: RabinAutomaton) -> tuple[BoolArray, BoolArray]:
     return fin, inf
 
 
-def buchi_marks(dra: RabinAutomaton) -> BoolArray | None:
+def buchi_marks(dra: DRA) -> BoolArray | None:
     """Edges that make the automaton a deterministic Büchi automaton for its own language, or None if there are none.
 
     Where one pair has Inf marks only (after `relevant_marks`), these are the edges; else those of
@@ -55,7 +55,7 @@ def buchi_marks(dra: RabinAutomaton) -> BoolArray | None:
     return automata.buchi_edges(dra)
 
 
-def parity_colours(dra: RabinAutomaton) -> IntArray | None:
+def parity_colours(dra: DRA) -> IntArray | None:
     """Colours that make the automaton a parity automaton (max odd) for its own language, or None where none do.
 
     Those of its Büchi form if it has one, else the fewest; see `ltlc.automata.parity_colours`.
@@ -67,17 +67,17 @@ def parity_colours(dra: RabinAutomaton) -> IntArray | None:
     return automata.parity_colours(dra) if buchi is None else buchi.astype(np.int32)
 
 
-def buchi_form(dra: RabinAutomaton) -> Refinement:
+def buchi_form(dra: DRA) -> Refinement:
     """The automaton itself if it is of Büchi type; else one with a choice of the pair to satisfy."""
     return limit_deterministic(dra) if buchi_marks(dra) is None else Refinement.trivial(dra)
 
 
-def parity_form(dra: RabinAutomaton) -> Refinement:
+def parity_form(dra: DRA) -> Refinement:
     """The automaton itself if it is of parity type; else its product with a record of pairs."""
     return to_parity(dra) if parity_colours(dra) is None else Refinement.trivial(dra)
 
 
-def one_pair_form(dra: RabinAutomaton) -> Refinement:
+def one_pair_form(dra: DRA) -> Refinement:
     """The automaton itself if it has one pair; else its Büchi form, written with one pair."""
     if dra.n_pairs == 1:
         return Refinement.trivial(dra)
@@ -85,12 +85,12 @@ def one_pair_form(dra: RabinAutomaton) -> Refinement:
     return limit_deterministic(dra) if marks is None else Refinement.trivial(with_buchi_marks(dra, marks))
 
 
-def with_buchi_marks(dra: RabinAutomaton, edges: BoolArray) -> RabinAutomaton:
+def with_buchi_marks(dra: DRA, edges: BoolArray) -> DRA:
     """The automaton with Inf marks on these edges as its only marks."""
     return dataclasses.replace(dra, fin=np.zeros_like(edges[None]), inf=edges[None], acceptance="transition")
 
 
-def buchi(scheme: RewardScheme, dra: RabinAutomaton) -> BoolArray:
+def buchi(scheme: RewardScheme, dra: DRA) -> BoolArray:
     """Accepting edges of the automaton as a Büchi automaton.
 
     Raises:
@@ -102,7 +102,7 @@ def buchi(scheme: RewardScheme, dra: RabinAutomaton) -> BoolArray:
     return marks
 
 
-def buchi_or_one_pair(scheme: RewardScheme, dra: RabinAutomaton) -> BoolArray:
+def buchi_or_one_pair(scheme: RewardScheme, dra: DRA) -> BoolArray:
     """Accepting edges as a Büchi automaton, or else the Inf edges (without Fin) of the only pair.
 
     Raises:
@@ -116,7 +116,7 @@ def buchi_or_one_pair(scheme: RewardScheme, dra: RabinAutomaton) -> BoolArray:
     raise lacks_form(scheme, dra)
 
 
-def parity(scheme: RewardScheme, dra: RabinAutomaton) -> IntArray:
+def parity(scheme: RewardScheme, dra: DRA) -> IntArray:
     """Colours of the automaton as a parity automaton (max odd).
 
     Raises:
@@ -128,7 +128,7 @@ def parity(scheme: RewardScheme, dra: RabinAutomaton) -> IntArray:
     return colours
 
 
-def lacks_form(scheme: RewardScheme, dra: RabinAutomaton) -> InvalidArgumentError:
+def lacks_form(scheme: RewardScheme, dra: DRA) -> InvalidArgumentError:
     """The error for an automaton without the form that the steps of a scheme are about."""
     pairs = "1 Rabin pair" if dra.n_pairs == 1 else f"{dra.n_pairs} Rabin pairs"
     return InvalidArgumentError(
@@ -137,13 +137,13 @@ def lacks_form(scheme: RewardScheme, dra: RabinAutomaton) -> InvalidArgumentErro
     )
 
 
-def _inside(dra: RabinAutomaton, allowed: BoolArray) -> BoolArray:
+def _inside(dra: DRA, allowed: BoolArray) -> BoolArray:
     """The allowed edges that lie on a cycle of allowed edges."""
     component = _component(dra, allowed)
     return np.asarray(allowed & (component[:, None] == component[dra.delta]))
 
 
-def _component(dra: RabinAutomaton, allowed: BoolArray) -> npt.NDArray[np.int64]:
+def _component(dra: DRA, allowed: BoolArray) -> npt.NDArray[np.int64]:
     """Strong component of each state, by the allowed edges alone."""
     successors = [np.unique(row[keep]).tolist() for row, keep in zip(dra.delta, allowed, strict=True)]
     return np.asarray(graph.strong_components(successors), dtype=np.int64)

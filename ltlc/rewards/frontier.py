@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.buchi_scheme import BuchiScheme, discounted_acceptances
 from ltlc.rewards.closing import closed
@@ -60,11 +60,11 @@ class Frontier(BuchiScheme):
         """The value of accepting for ever is 1 / (1 - eta)."""
         return discounted_acceptances(accepted, self.eta)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """Steps on an automaton whose Inf marks are the rewarded edges."""
         return self.payments(dra.edge_inf[0])
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """The Büchi form, with its accepting edges as Inf marks."""
         form = buchi_form(dra)
         marked = with_buchi_marks(form.automaton, buchi(self, form.automaton))
@@ -72,7 +72,7 @@ class Frontier(BuchiScheme):
 
     def compile(
         self,
-        dra: RabinAutomaton,
+        dra: DRA,
         on_deadlock: OnDeadlock | None = None,
         on_termination: OnTermination = "repeat",
     ) -> RewardTables:
@@ -84,7 +84,7 @@ class Frontier(BuchiScheme):
         tables = tables_of(refined, Refinement.trivial(refined), self.steps(refined), mode)
         return closed(dataclasses.replace(tables, automaton_state=automaton_state), on_termination)
 
-    def _edges(self, dra: RabinAutomaton, sets: Iterable[frozenset[int]]) -> list[BoolArray]:
+    def _edges(self, dra: DRA, sets: Iterable[frozenset[int]]) -> list[BoolArray]:
         for states in sets:
             if not all(0 <= q < dra.n_states for q in states):
                 raise InvalidArgumentError(
@@ -93,7 +93,7 @@ class Frontier(BuchiScheme):
         return [np.isin(dra.delta, sorted(states)) for states in sets]
 
 
-def _with_frontier(dra: RabinAutomaton, edges: Sequence[BoolArray]) -> tuple[RabinAutomaton, np.ndarray]:
+def _with_frontier(dra: DRA, edges: Sequence[BoolArray]) -> tuple[DRA, np.ndarray]:
     """The reachable (state, frontier) automaton with Inf marks on rewarded edges, and the state behind each of its."""
     entered = np.tensordot(1 << np.arange(len(edges)), np.array(edges, dtype=np.int64), axes=1)
     full = (1 << len(edges)) - 1

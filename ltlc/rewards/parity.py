@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.rewards.forms import parity, parity_form
 from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
@@ -59,11 +59,11 @@ class Parity(RewardScheme):
         """Epsilon tends to 0."""
         return dataclasses.replace(self, epsilon=self.epsilon / 10**k)
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """See `ltlc.rewards.forms.parity_form`."""
         return parity_form(dra)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """Weights by colour."""
         colours = parity(self, dra)
         weight = np.power(self.epsilon, 1 + colours.max() - colours, dtype=np.float64)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.forms import lacks_form, one_pair_form
 from ltlc.rewards.scheme import RewardScheme, StepRewards, check_probability
@@ -50,11 +50,11 @@ class Sadigh(RewardScheme):
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """The automaton itself where the pair is known; see `ltlc.rewards.forms.one_pair_form`."""
         return one_pair_form(dra) if self.pair is None else Refinement.trivial(dra)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """Weights of the chosen pair."""
         if self.pair is None and dra.n_pairs != 1:
             raise lacks_form(self, dra)

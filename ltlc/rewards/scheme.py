@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.rewards.closing import closed
 from ltlc.rewards.tables import BoolArray, FloatArray, OnTermination, RewardTables
@@ -64,14 +64,14 @@ class RewardScheme(ABC):
     on_deadlock: ClassVar[OnDeadlock] = "terminate"
 
     @abstractmethod
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """Rewards and discounts of every step of the automaton.
 
         Raises:
             InvalidArgumentError: the automaton lacks the form the scheme needs.
         """
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """The automaton in the form that `steps` takes; here any will do."""
         return Refinement.trivial(dra)
 
@@ -95,7 +95,7 @@ class RewardScheme(ABC):
 
     def compile(
         self,
-        dra: RabinAutomaton,
+        dra: DRA,
         on_deadlock: OnDeadlock | None = None,
         on_termination: OnTermination = "repeat",
     ) -> RewardTables:
@@ -155,7 +155,7 @@ def check_probability(scheme: RewardScheme, field: str, *, one: bool = False) ->
         raise InvalidArgumentError(f"reward scheme {scheme.name}: {field} is {value!r}; it must lie {bounds}")
 
 
-def tables_of(dra: RabinAutomaton, refinement: Refinement, steps: StepRewards, on_deadlock: OnDeadlock) -> RewardTables:
+def tables_of(dra: DRA, refinement: Refinement, steps: StepRewards, on_deadlock: OnDeadlock) -> RewardTables:
     """Put what a scheme says about steps together with deadlocks, accepting sinks and progress of the automaton.
 
     Args:
@@ -204,23 +204,23 @@ def tables_of(dra: RabinAutomaton, refinement: Refinement, steps: StepRewards, o
     )
 
 
-def is_deadlock(dra: RabinAutomaton) -> BoolArray:
+def is_deadlock(dra: DRA) -> BoolArray:
     """Which states have an empty language, shape (n_states,)."""
     return _members(dra, dra.deadlocks)
 
 
-def is_accepting_sink(dra: RabinAutomaton) -> BoolArray:
+def is_accepting_sink(dra: DRA) -> BoolArray:
     """Which states accept every word, shape (n_states,)."""
     return _members(dra, dra.accepting_sinks)
 
 
-def progress(dra: RabinAutomaton) -> FloatArray:
+def progress(dra: DRA) -> FloatArray:
     """How near each state is to an accepting cycle: 1 on one, 0 in a deadlock, linear in the letters between."""
     distance = dra.annotations.distance
     return np.where(distance < 0, 0.0, 1.0 - distance / (distance.max(initial=0) + 1.0))
 
 
-def _members(dra: RabinAutomaton, states: tuple[int, ...]) -> BoolArray:
+def _members(dra: DRA, states: tuple[int, ...]) -> BoolArray:
     mask = np.zeros(dra.n_states, dtype=np.bool_)
     mask[list(states)] = True
     return mask

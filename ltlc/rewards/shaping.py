@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton, Refinement
+from ltlc.automata import DRA, Refinement
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, StepRewards
 from ltlc.rewards.tables import FloatArray, OnTermination, RewardTables
@@ -73,17 +73,17 @@ class Shaped(RewardScheme):
         nearer = self.scheme.towards_limit(k)
         return None if nearer is None else dataclasses.replace(self, scheme=nearer)
 
-    def refinement(self, dra: RabinAutomaton) -> Refinement:
+    def refinement(self, dra: DRA) -> Refinement:
         """That of the scheme underneath."""
         return self.scheme.refinement(dra)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """The steps of the scheme underneath; shaping needs the compiled tables."""
         return self.scheme.steps(dra)
 
     def compile(
         self,
-        dra: RabinAutomaton,
+        dra: DRA,
         on_deadlock: OnDeadlock | None = None,
         on_termination: OnTermination = "repeat",
     ) -> RewardTables:

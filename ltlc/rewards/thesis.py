@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.rewards.scheme import OnDeadlock, RewardScheme, StepRewards, check_probability, is_accepting_sink, is_deadlock
 
 
@@ -54,7 +54,7 @@ class Thesis(RewardScheme):
     def __post_init__(self) -> None:
         check_probability(self, "gamma", one=True)
 
-    def steps(self, dra: RabinAutomaton) -> StepRewards:
+    def steps(self, dra: DRA) -> StepRewards:
         """Rewards by the mark of the state entered."""
         fin = dra.edge_fin.any(axis=0)
         accepted = dra.edge_inf.any(axis=0) & ~is_deadlock(dra)[dra.delta]

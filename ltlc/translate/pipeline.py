@@ -12,7 +12,7 @@ import numpy as np
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei, reduced
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.rabin import AcceptanceKind, RabinAutomaton
+from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_pairs import to_rabin
 from ltlc.budget import (
     Budget,
@@ -74,7 +74,7 @@ class Problem(NamedTuple):
 class Candidate(NamedTuple):
     """What a construction found: transition-based, canonically numbered."""
 
-    automaton: RabinAutomaton
+    automaton: DRA
     translator: str
     weak: bool
     least: int
@@ -88,7 +88,7 @@ class Candidate(NamedTuple):
         return self.automaton.n_states <= self.least
 
 
-def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | None = None) -> RabinAutomaton:
+def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | None = None) -> DRA:
     """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
     1. Simplify the formula, which brings it to negation normal form; group the letters it cannot tell apart.
@@ -137,7 +137,7 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
         return replace(automaton, formula=text, translator=best.translator)
 
 
-def _tidied(automaton: RabinAutomaton, stage: Overtime) -> RabinAutomaton:
+def _tidied(automaton: DRA, stage: Overtime) -> DRA:
     """The automaton; if the time was over before it was as small as it can be, reduced in a little overtime."""
     if has_time():
         return automaton
@@ -145,7 +145,7 @@ def _tidied(automaton: RabinAutomaton, stage: Overtime) -> RabinAutomaton:
         return normalized(automaton)
 
 
-def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAutomaton:
+def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
     """The candidate with marks on states."""
     automaton = best.automaton
     if best.weak:
@@ -164,7 +164,7 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
             letters = problem.letters
             ways.append(to_rabin(best.emerson_lei, letters.aps, letters.letter_class, budget, way="cycles"))
             ways.sort(key=_n_copies)
-    found: RabinAutomaton | None = None
+    found: DRA | None = None
     for number, way in enumerate(ways, 1):
         if found is not None and way is automaton and _n_copies(way) > _PATIENCE * found.n_states:
             break
@@ -185,7 +185,7 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> RabinAuto
         return canonical(found)
 
 
-def _n_copies(automaton: RabinAutomaton) -> int:
+def _n_copies(automaton: DRA) -> int:
     """Number of pairs of a state and the marks with which an edge enters it."""
     marks: list[set[int]] = [set() for _ in range(automaton.n_states)]
     for targets, row in zip(automaton.delta.tolist(), automaton.edge_marks, strict=True):
@@ -299,6 +299,6 @@ def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candi
     return found._replace(automaton=automaton, least=least)
 
 
-def _is_worth_its_pairs(smaller: RabinAutomaton, larger: RabinAutomaton) -> bool:
+def _is_worth_its_pairs(smaller: DRA, larger: DRA) -> bool:
     """Whether an agent that may have to choose a pair has less to learn, and other tools still read the automaton."""
     return smaller.n_pairs <= _MANY_PAIRS and smaller.n_states * smaller.n_pairs < larger.n_states * larger.n_pairs

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from random_automata import random_automata, random_automaton, short_lassos
 
-from ltlc.automata import ComponentKind, RabinAutomaton, canonical, equivalent, simplify_marks
+from ltlc.automata import DRA, ComponentKind, canonical, equivalent, simplify_marks
 from ltlc.automata.acceptance import Acceptance, Clause, conjunction, disjunction, holds, negation
 from ltlc.automata.emptiness import accepting_nodes, accepting_walk
 from ltlc.errors import InvalidAutomatonError
 from ltlc.minimize.reduce import normalized
 
 
-def eventually_a_always_after() -> RabinAutomaton:
+def eventually_a_always_after() -> DRA:
     """F(a & X G a), with two states of empty language: once a breaks, nothing is accepted."""
-    return RabinAutomaton(
+    return DRA(
         aps=("a", "b"),
         delta=np.array([[0, 1], [2, 1], [3, 3], [2, 3]]),
         letter_class=np.array([0, 1, 0, 1]),
@@ -40,7 +40,7 @@ def test_annotations_of_a_small_automaton() -> None:
     assert automaton.annotations is annotations
 
 
-def accepted_cycles(automaton: RabinAutomaton) -> np.ndarray:
+def accepted_cycles(automaton: DRA) -> np.ndarray:
     """Shape (n_states, n_lassos): verdicts of each state on all short lasso words, by running them."""
     lassos = short_lassos(2 ** len(automaton.aps), max_prefix=2, max_cycle=4)
     starts = [replace(automaton, initial_state=q) for q in range(automaton.n_states)]
@@ -120,7 +120,7 @@ def test_generic_emptiness(seed: int) -> None:
         assert holds(condition, int(np.bitwise_or.reduce([edge[2] for edge in cycle])))
 
 
-def shuffled(automaton: RabinAutomaton, rng: np.random.Generator) -> RabinAutomaton:
+def shuffled(automaton: DRA, rng: np.random.Generator) -> DRA:
     """The same automaton with other numbers of states and letter classes."""
     states, classes = rng.permutation(automaton.n_states), rng.permutation(automaton.n_classes)
     delta = np.empty_like(automaton.delta)
@@ -149,7 +149,7 @@ def test_canonical_forgets_the_numbering() -> None:
 
 
 def test_canonical_drops_and_merges() -> None:
-    automaton = RabinAutomaton(
+    automaton = DRA(
         aps=("a",),
         delta=np.array([[0, 0], [2, 2], [1, 1]]),
         letter_class=np.array([1, 0]),
@@ -165,7 +165,7 @@ def test_canonical_drops_and_merges() -> None:
 
 def test_letter_classes_are_checked() -> None:
     with pytest.raises(InvalidAutomatonError, match="letter classes"):
-        RabinAutomaton(("a",), np.zeros((1, 2)), np.array([0, 0]), np.zeros((1, 1)), np.zeros((1, 1)))
+        DRA(("a",), np.zeros((1, 2)), np.array([0, 0]), np.zeros((1, 1)), np.zeros((1, 1)))
 
 
 def test_normal_forms_are_made_once() -> None:

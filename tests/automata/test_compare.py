@@ -10,9 +10,9 @@ import pytest
 from random_automata import random_automata, random_automaton, random_lassos, short_lassos
 
 from ltlc.automata import (
+    DRA,
     BuchiAutomaton,
     LetterEdge,
-    RabinAutomaton,
     canonical,
     counterexample,
     equivalent,
@@ -27,16 +27,16 @@ from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError
 from ltlc.minimize import merge_bisimilar, merge_by_trial, merge_equivalent, reduce, to_state_based
 
 
-def complement_by_letters(a: RabinAutomaton) -> RabinAutomaton:
+def complement_by_letters(a: DRA) -> DRA:
     """The complement of an automaton with one pair: Inf of fin, or Fin of inf, as two pairs."""
     none, every = np.zeros_like(a.fin[0]), np.ones_like(a.fin[0])
     return replace(a, fin=np.array([none, a.inf[0]]), inf=np.array([a.fin[0], every]))
 
 
-def always_eventually(name: str, aps: tuple[str, ...]) -> RabinAutomaton:
+def always_eventually(name: str, aps: tuple[str, ...]) -> DRA:
     """GF of one proposition, over these propositions."""
     letters = np.arange(2 ** len(aps))
-    return RabinAutomaton(
+    return DRA(
         aps,
         np.zeros((1, 2)),
         letters >> aps.index(name) & 1,
@@ -92,10 +92,10 @@ def test_other_orders_and_sets_of_propositions() -> None:
 
 
 def test_too_many_propositions_together_are_refused() -> None:
-    def parity(prefix: str) -> RabinAutomaton:
+    def parity(prefix: str) -> DRA:
         aps = tuple(f"{prefix}{i}" for i in range(11))
         letter_class = np.array([letter.bit_count() % 2 for letter in range(2**11)])
-        return RabinAutomaton(aps, np.array([[0, 1], [1, 0]]), letter_class, np.zeros((1, 2)), np.array([[0, 1]]))
+        return DRA(aps, np.array([[0, 1], [1, 0]]), letter_class, np.zeros((1, 2)), np.array([[0, 1]]))
 
     with pytest.raises(AlphabetLimitExceeded, match="22 propositions"):
         equivalent(parity("a"), parity("b"))
@@ -117,7 +117,7 @@ def test_equivalent_states_are_those_with_equivalent_languages() -> None:
     "change",
     [simplify_marks, merge_bisimilar, merge_equivalent, merge_by_trial, reduce, to_state_based, to_transition_based],
 )
-def test_changes_preserve_the_language(change: Callable[[RabinAutomaton], RabinAutomaton]) -> None:
+def test_changes_preserve_the_language(change: Callable[[DRA], DRA]) -> None:
     kinds = {to_state_based: "state", to_transition_based: "transition"}
     for seed, automaton in enumerate(random_automata(80)):
         changed = change(automaton)
@@ -143,7 +143,7 @@ def test_reduce_leaves_one_deadlock_one_sink_and_useful_pairs() -> None:
 
 def test_pairs_are_merged_where_one_suffices() -> None:
     # (FG !a & GF b) | GF b: the second pair alone.
-    automaton = RabinAutomaton(
+    automaton = DRA(
         ("a", "b"),
         np.zeros((1, 4)),
         np.arange(4),
@@ -160,7 +160,7 @@ def test_pairs_are_merged_where_one_suffices() -> None:
 def test_state_based_sizes() -> None:
     assert to_state_based(always_eventually("a", ("a",))).n_states == 2
     # FG(a <-> X a): three states, although every combination of letter and mark would be four.
-    changes = RabinAutomaton(
+    changes = DRA(
         ("a",),
         np.array([[0, 1], [0, 1]]),
         np.arange(2),

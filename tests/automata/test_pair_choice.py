@@ -8,7 +8,7 @@ from random_automata import random_automata, random_lassos
 from random_models import random_automaton, random_mdp
 
 from ltlc import compile
-from ltlc.automata import RabinAutomaton, Refinement, limit_deterministic, parity_colours, to_parity
+from ltlc.automata import DRA, Refinement, limit_deterministic, parity_colours, to_parity
 from ltlc.mdp import Product, max_satisfaction_probability, satisfaction_probability
 
 
@@ -106,5 +106,5 @@ def test_choices_are_few() -> None:
     form = limit_deterministic(compile("FG a", acceptance="transition"))
     assert (form.automaton.n_states, form.select_pair.shape) == (3, (3, 1))
     assert limit_deterministic(compile("GF a & G !b")).select_pair.shape[1] == 0
-    two: RabinAutomaton = compile("(FG a | FG b) & G !c", acceptance="transition")
+    two: DRA = compile("(FG a | FG b) & G !c", acceptance="transition")
     assert limit_deterministic(two).select_pair.shape[1] == 2

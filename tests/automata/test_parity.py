@@ -9,14 +9,14 @@ import pytest
 from random_automata import random_automata
 
 from ltlc import compile
-from ltlc.automata import RabinAutomaton, canonical, equivalent, parity_colours, to_parity, to_transition_based
+from ltlc.automata import DRA, canonical, equivalent, parity_colours, to_parity, to_transition_based
 from ltlc.errors import StateLimitExceeded
 
 
-def one_state(fin: list[list[int]], inf: list[list[int]]) -> RabinAutomaton:
+def one_state(fin: list[list[int]], inf: list[list[int]]) -> DRA:
     """One state; marks by pair and letter."""
     n_aps = len(fin[0]).bit_length() - 1
-    return RabinAutomaton(
+    return DRA(
         tuple("abcd"[:n_aps]),
         np.zeros((1, 2**n_aps), dtype=int),
         range(2**n_aps),
@@ -26,13 +26,13 @@ def one_state(fin: list[list[int]], inf: list[list[int]]) -> RabinAutomaton:
     )
 
 
-def chain(automaton: RabinAutomaton, colours: np.ndarray) -> RabinAutomaton:
+def chain(automaton: DRA, colours: np.ndarray) -> DRA:
     """The structure with the acceptance that colours say: the largest one seen infinitely often is odd."""
     odd = np.arange(1, int(colours.max()) + 2, 2)[:, None, None]
     return replace(automaton, fin=colours > odd, inf=colours == odd, acceptance="transition")
 
 
-def appearance_records(automaton: RabinAutomaton) -> RabinAutomaton:
+def appearance_records(automaton: DRA) -> DRA:
     """The index appearance record construction as Loeding gives it, on all pairs and the whole automaton."""
     automaton = to_transition_based(automaton)
     start = (automaton.initial_state, tuple(range(automaton.n_pairs)))

@@ -15,7 +15,7 @@ from gymnasium.wrappers import TimeLimit
 from gymnasium.wrappers.vector import DictInfoToList
 from vector_rollouts import RESETS, TASKS, run
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld
 from ltlc.envs.letters import LabelNames
 from ltlc.envs.success import accepted_forever
@@ -105,7 +105,7 @@ def test_words_that_repeat_a_letter() -> None:
     from rewards_reference import random_automaton
 
     for seed in range(60):
-        automaton: RabinAutomaton = random_automaton(seed, n_states=1 + seed % 7, n_pairs=seed % 4, density=0.3)
+        automaton: DRA = random_automaton(seed, n_states=1 + seed % 7, n_pairs=seed % 4, density=0.3)
         accepted = accepted_forever(automaton)
         for state in range(automaton.n_states):
             for letter, c in enumerate(automaton.letter_class.tolist()):

@@ -14,13 +14,13 @@ from random_automata import random_automaton
 
 import ltlc
 from ltlc.atomic import atomic_write
-from ltlc.automata import RabinAutomaton, canonical, equivalent, to_parity
+from ltlc.automata import DRA, canonical, equivalent, to_parity
 from ltlc.envs import recorded_automaton
 from ltlc.errors import FileFormatError, InvalidArgumentError
 from ltlc.formats import from_json, read, read_hoa_stream, to_dot, to_hoa, to_json, to_mermaid, write
 
 
-def automaton() -> RabinAutomaton:
+def automaton() -> DRA:
     return random_automaton(np.random.default_rng(5), 4, 2, 2, "transition")
 
 

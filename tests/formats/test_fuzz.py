@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_automata import random_automata
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.errors import FileFormatError, LtlcError
 from ltlc.formats import from_hoa, from_json, read, to_hoa, to_json
 
@@ -46,9 +46,9 @@ JSON_VALUES: list[Any] = [
 pytestmark = pytest.mark.filterwarnings("ignore::ltlc.ltl.LtlSyntaxWarning")
 
 
-def survives(read_text: Callable[[str], RabinAutomaton], text: str) -> None:
+def survives(read_text: Callable[[str], DRA], text: str) -> None:
     try:
-        assert isinstance(read_text(text), RabinAutomaton)
+        assert isinstance(read_text(text), DRA)
     except LtlcError as error:
         assert str(error)
 
@@ -79,7 +79,7 @@ def mutated(rng: random.Random, text: str) -> str:
 
 
 @pytest.mark.parametrize(("write_text", "read_text"), [(to_hoa, from_hoa), (to_json, from_json)])
-def test_broken_files(write_text: Callable[[RabinAutomaton], str], read_text: Callable[[str], RabinAutomaton]) -> None:
+def test_broken_files(write_text: Callable[[DRA], str], read_text: Callable[[str], DRA]) -> None:
     rng = random.Random(1)
     for automaton in random_automata(25):
         text = write_text(automaton)

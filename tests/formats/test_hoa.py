@@ -9,7 +9,7 @@ import pytest
 from hoa_texts import hoa
 from random_automata import random_automata
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.compare import equivalent, is_empty
 from ltlc.errors import FileFormatError
 from ltlc.formats import from_hoa, read_hoa_stream, to_hoa
@@ -25,9 +25,7 @@ def test_round_trip_is_stable_and_keeps_the_language() -> None:
 
 
 def test_text() -> None:
-    automaton = RabinAutomaton(
-        ("a", 'b "q"'), [[0, 1], [1, 1]], [0, 0, 0, 1], [[1, 0]], [[0, 1]], formula='F(a & "b \\"q\\"")'
-    )
+    automaton = DRA(("a", 'b "q"'), [[0, 1], [1, 1]], [0, 0, 0, 1], [[1, 0]], [[0, 1]], formula='F(a & "b \\"q\\"")')
     assert re.sub(r"^tool: .*\n", "", to_hoa(automaton), flags=re.MULTILINE) == (
         "HOA: v1\n"
         'name: "F(a & \\"b \\\\\\"q\\\\\\"\\")"\n'
@@ -49,8 +47,8 @@ def test_text() -> None:
     assert (again.aps, again.formula) == (automaton.aps, automaton.formula)
 
 
-def infinitely_often_a() -> RabinAutomaton:
-    return RabinAutomaton(("a", "b"), [[0, 0]], [0, 1, 0, 1], [[[0, 0]]], [[[0, 1]]], acceptance="transition")
+def infinitely_often_a() -> DRA:
+    return DRA(("a", "b"), [[0, 0]], [0, 1, 0, 1], [[[0, 0]]], [[[0, 1]]], acceptance="transition")
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from hoa_texts import hoa
 from random_automata import random_automaton, random_lassos
 
 import ltlc
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.compare import equivalent
 from ltlc.errors import FileFormatError
 from ltlc.formats import from_hoa
@@ -110,7 +110,7 @@ def test_acceptance_condition_means_what_it_says(name: str, on_states: bool) -> 
             assert automaton.accepts_letters(prefix, cycle) == holds(condition, seen, n_sets, others)
 
 
-def recurring(automaton: RabinAutomaton, prefix: tuple[int, ...], cycle: tuple[int, ...]) -> set[tuple[int, int]]:
+def recurring(automaton: DRA, prefix: tuple[int, ...], cycle: tuple[int, ...]) -> set[tuple[int, int]]:
     """The (state, letter) pairs that a run meets for ever: those after many rounds."""
     state, met = automaton.initial_state, set()
     rounds = automaton.n_states + 1

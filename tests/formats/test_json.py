@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 from random_automata import random_automata
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.compare import equivalent
 from ltlc.errors import FileFormatError
 from ltlc.formats import from_json, to_json
@@ -22,7 +22,7 @@ ODD_NAMES = ("x < 1", 'say "hi"', "back\\slash", "Goal", "t", "naïve ∧", "new
 
 def example() -> dict[str, Any]:
     """F a and never b: two pairs, a deadlock, marks on states."""
-    automaton = RabinAutomaton(
+    automaton = DRA(
         aps=("a", "b"),
         delta=[[0, 1, 2], [1, 1, 2], [2, 2, 2]],
         letter_class=[0, 1, 2, 2],
@@ -46,7 +46,7 @@ def test_round_trip_is_stable_and_keeps_the_language() -> None:
 
 def test_odd_names_survive() -> None:
     n_letters = 2 ** len(ODD_NAMES)
-    automaton = RabinAutomaton(
+    automaton = DRA(
         aps=ODD_NAMES,
         delta=[[0, 1], [1, 0]],
         letter_class=[letter.bit_count() % 2 for letter in range(n_letters)],

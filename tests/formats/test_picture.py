@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 from random_automata import random_automata
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.formats import render, to_dot, to_mermaid, write
 from ltlc.formats.dot import wrapped
 from ltlc.formats.picture import draw
 
 
-def three_states() -> RabinAutomaton:
+def three_states() -> DRA:
     """!b U a: state 1 is the accepting sink, state 2 the deadlock."""
-    return RabinAutomaton(
+    return DRA(
         aps=("a", "b"),
         delta=[[0, 1, 2], [1, 1, 1], [2, 2, 2]],
         letter_class=[0, 1, 2, 1],
@@ -29,10 +29,10 @@ def three_states() -> RabinAutomaton:
     )
 
 
-def two_pairs() -> RabinAutomaton:
+def two_pairs() -> DRA:
     """GF a or (GF b and FG !c): marks on transitions, several on parallel ones."""
     letters = range(8)
-    return RabinAutomaton(
+    return DRA(
         aps=("a", "b", "c"),
         delta=[[0] * 8],
         letter_class=list(letters),
@@ -89,7 +89,7 @@ def test_deadlock_can_be_hidden() -> None:
     assert not re.search(r"^  (\d -> )?2 ", dot, re.MULTILINE)
     assert "not shown: the deadlock" in dot
     assert "q2" not in to_mermaid(three_states(), hide_deadlock=True)
-    nothing = RabinAutomaton((), [[0]], [0], [[0]], [[0]])
+    nothing = DRA((), [[0]], [0], [[0]], [[0]])
     assert re.search(r"^  0 ", to_dot(nothing, hide_deadlock=True), re.MULTILINE)
 
 
@@ -104,10 +104,8 @@ def test_long_guards_are_wrapped_outside_brackets() -> None:
 ODD = ('<b>"x"</b>', "a & b", "back\\slash", "é ∧ \U0001f600", "new\nline", "`code`", "#35;", "]]>", "--> |q| end")
 
 
-def odd_automaton(name: str) -> RabinAutomaton:
-    return RabinAutomaton(
-        (name,), [[0, 1], [1, 1]], [0, 1], [[0, 0]], [[0, 1]], formula=f'F "{name}"', state_names=(name, name)
-    )
+def odd_automaton(name: str) -> DRA:
+    return DRA((name,), [[0, 1], [1, 1]], [0, 1], [[0, 0]], [[0, 1]], formula=f'F "{name}"', state_names=(name, name))
 
 
 @pytest.mark.parametrize("name", ODD)

@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 
 from ltlc import compile
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.formats import format_of_suffix
 from ltlc.errors import FileFormatError, InvalidArgumentError, UnknownNameError
 from ltlc.formats import FORMATS, Format, from_json, read, register_format, to_json, write
 
 
-def as_backwards(automaton: RabinAutomaton) -> str:
+def as_backwards(automaton: DRA) -> str:
     return "<<" + to_json(automaton)[::-1]
 
 
-def from_backwards(text: str) -> RabinAutomaton:
+def from_backwards(text: str) -> DRA:
     if not text.startswith("<<"):
         raise FileFormatError("does not begin with <<")
     return from_json(text[2:][::-1])

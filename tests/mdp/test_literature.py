@@ -20,7 +20,7 @@ from mdp_cases import (
 )
 from suite_tasks import load_worlds
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.mdp import (
     LabelledMDP,
     MaxSatisfaction,
@@ -35,7 +35,7 @@ from ltlc.mdp import (
 )
 
 
-def judged(mdp: LabelledMDP, dra: RabinAutomaton) -> MaxSatisfaction:
+def judged(mdp: LabelledMDP, dra: DRA) -> MaxSatisfaction:
     """Pmax, after checking that the bounds hold it and that the policy attains it."""
     product = Product(mdp, dra)
     best = max_satisfaction_probability(product)
@@ -44,7 +44,7 @@ def judged(mdp: LabelledMDP, dra: RabinAutomaton) -> MaxSatisfaction:
     return best
 
 
-def pmax(mdp: LabelledMDP, dra: RabinAutomaton) -> float:
+def pmax(mdp: LabelledMDP, dra: DRA) -> float:
     return judged(mdp, dra).probability
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from random_automata import random_automata
 
-from ltlc.automata import RabinAutomaton, equivalent
+from ltlc.automata import DRA, equivalent
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import MissingProgramError
 from ltlc.ltl import parse
@@ -23,7 +23,7 @@ PHI = {
 }
 
 
-def compiled(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> RabinAutomaton:
+def compiled(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> DRA:
     return translate(parse(text), Options(acceptance=acceptance, translator=translator))
 
 
@@ -147,7 +147,5 @@ def test_missing_package_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
 def test_an_automaton_without_pairs_is_minimized(acceptance: AcceptanceKind) -> None:
     marks = np.zeros((0, 2) if acceptance == "state" else (0, 2, 2), dtype=bool)
-    automaton = RabinAutomaton(
-        ("a",), np.array([[0, 1], [1, 0]]), np.array([0, 1]), marks, marks, acceptance=acceptance
-    )
+    automaton = DRA(("a",), np.array([[0, 1], [1, 0]]), np.array([0, 1]), marks, marks, acceptance=acceptance)
     assert minimize(automaton).automaton.n_states == collapse(automaton).automaton.n_states == 1

@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.rewards import RewardTables
 
 NAMES = ("a", "b")
@@ -57,7 +57,7 @@ class RandomEnv(gym.Env):
         return np.zeros((8, 8, 3), dtype=np.uint8)
 
 
-def no_sink_automaton(seed: int) -> RabinAutomaton:
+def no_sink_automaton(seed: int) -> DRA:
     from rewards_reference import random_automaton
 
     return random_automaton(seed, n_states=5, n_pairs=1, density=0.25)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from suite_tasks import Cell, build, load_worlds
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.mdp import LabelledMDP
 
 Mark = Callable[[int, frozenset[str]], bool]
@@ -26,7 +26,7 @@ def automaton(
     step: Callable[[int, frozenset[str]], int],
     pairs: Sequence[tuple[Mark, Mark]],
     initial: int = 0,
-) -> RabinAutomaton:
+) -> DRA:
     """A transition-based Rabin automaton with one class per letter, from Python functions."""
     letters = [frozenset(ap for i, ap in enumerate(aps) if mask >> i & 1) for mask in range(2 ** len(aps))]
     delta = np.array([[step(q, letter) for letter in letters] for q in range(n_states)])
@@ -35,7 +35,7 @@ def automaton(
         return [[mark(q, letter) for letter in letters] for q in range(n_states)]
 
     shape = (len(pairs), n_states, len(letters))
-    return RabinAutomaton(
+    return DRA(
         aps=tuple(aps),
         delta=delta,
         letter_class=np.arange(len(letters)),
@@ -51,9 +51,7 @@ def never(q: int, letter: frozenset[str]) -> bool:
     return False
 
 
-def safely(
-    aps: Sequence[str], bad: str, pairs: Sequence[tuple[Callable[..., bool], Callable[..., bool]]]
-) -> RabinAutomaton:
+def safely(aps: Sequence[str], bad: str, pairs: Sequence[tuple[Callable[..., bool], Callable[..., bool]]]) -> DRA:
     """G !bad & a condition on letters seen infinitely often: pairs of predicates on letters, the first rejects."""
     return automaton(
         aps,
@@ -69,7 +67,7 @@ def safely(
     )
 
 
-def sequence(goals: Sequence[str], bad: str | None = None, *, safe_for_ever: bool = False) -> RabinAutomaton:
+def sequence(goals: Sequence[str], bad: str | None = None, *, safe_for_ever: bool = False) -> DRA:
     """!bad U (goals[0] & (!bad U (goals[1] & ...))); with `safe_for_ever` the last goal does not lift the ban."""
     n = len(goals)
     aps = [*dict.fromkeys(goals)] + ([bad] if bad else [])
@@ -92,7 +90,7 @@ def state_based(
     sink: int | None,
     fin: Sequence[int],
     inf: Sequence[int],
-) -> RabinAutomaton:
+) -> DRA:
     """A recorded table: successors on {}, A, B, T for each state; C, if read at all, leads to the sink."""
     n = max([*rows, *(s for row in rows.values() for s in row), *([] if sink is None else [sink])]) + 1
     bits = {frozenset(): 0, **{frozenset(name): i + 1 for i, name in enumerate("ABT")}}
@@ -108,7 +106,7 @@ def state_based(
     marks = np.zeros((2, 1, n), dtype=bool)
     marks[0, 0, list(fin)] = True
     marks[1, 0, list(inf)] = True
-    return RabinAutomaton(tuple(aps), delta, np.arange(2 ** len(aps)), marks[0], marks[1], initial_state=initial)
+    return DRA(tuple(aps), delta, np.arange(2 ** len(aps)), marks[0], marks[1], initial_state=initial)
 
 
 _PHI_2_ROWS = {
@@ -118,7 +116,7 @@ _PHI_2_ROWS = {
 }  # fmt: skip
 
 
-def phi(number: int) -> RabinAutomaton:
+def phi(number: int) -> DRA:
     """The automata of the thesis' four formulas, as its code recorded them."""
     if number == 1:
         rows = {1: (1, 2, 1, 1), 2: (2, 2, 3, 2), 3: (3, 3, 3, 4), 4: (3, 3, 3, 5), 5: (3, 3, 3, 5)}
@@ -160,7 +158,7 @@ class Tables:
     accepted: Any
 
 
-def tables(dra: RabinAutomaton, **columns: Any) -> Tables:
+def tables(dra: DRA, **columns: Any) -> Tables:
     """Tables that follow the automaton and pay nothing, except for the columns given."""
     zero = np.zeros(dra.delta.shape)
     default = {
@@ -170,7 +168,7 @@ def tables(dra: RabinAutomaton, **columns: Any) -> Tables:
     return Tables(dra.aps, dra.letter_class, dra.initial_state, **(default | columns))
 
 
-def thesis_tables(dra: RabinAutomaton, deadlock: int | None) -> Tables:
+def thesis_tables(dra: DRA, deadlock: int | None) -> Tables:
     """Rewards (4.3): G -1 and the episode ends, deadlock -100 and q is kept, B -10, otherwise -1."""
     entered = dra.delta
     goal, bad = dra.edge_inf[0], dra.edge_fin[0]

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.mdp import LabelledMDP
 
 State = tuple[int, int]
@@ -41,7 +41,7 @@ class ExactTask:
         n, n_pairs = int(rng.integers(1, 4)), int(rng.integers(1, 4))
         fin, inf = rng.random((n_pairs, n, 4)) < 0.3, rng.random((n_pairs, n, 4)) < 0.3
         delta = rng.integers(n, size=(n, 4))
-        self.automaton = RabinAutomaton(("a", "b"), delta, np.arange(4), fin, inf, acceptance="transition")
+        self.automaton = DRA(("a", "b"), delta, np.arange(4), fin, inf, acceptance="transition")
 
     def model(self) -> LabelledMDP:
         """The MDP in floating point."""

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.mdp import LabelledMDP, Product, satisfaction_probability
 from ltlc.rewards import RewardTables
 
 
-def true_satisfaction(mdp: LabelledMDP, automaton: RabinAutomaton, tables: RewardTables, policy: np.ndarray) -> float:
+def true_satisfaction(mdp: LabelledMDP, automaton: DRA, tables: RewardTables, policy: np.ndarray) -> float:
     """P(sat) of a policy on (MDP state, table state), when the run goes on after the episode.
 
     The automaton is that of the task with the table's states; a violation is final.

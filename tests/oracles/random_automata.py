@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.rabin import AcceptanceKind
 
 Lasso = tuple[tuple[int, ...], tuple[int, ...]]
@@ -20,11 +20,11 @@ def random_automaton(
     n_pairs: int,
     acceptance: AcceptanceKind,
     density: float = 0.3,
-) -> RabinAutomaton:
+) -> DRA:
     """Uniform successors; every letter a class of its own, in shuffled numbering; each mark with this probability."""
     n_letters = 2**n_aps
     shape = (n_pairs, n_states) if acceptance == "state" else (n_pairs, n_states, n_letters)
-    return RabinAutomaton(
+    return DRA(
         aps=tuple("abcdefgh"[:n_aps]),
         delta=rng.integers(0, n_states, (n_states, n_letters)),
         letter_class=rng.permutation(n_letters),
@@ -35,7 +35,7 @@ def random_automaton(
     )
 
 
-def random_automata(count: int, max_states: int = 6, max_aps: int = 2, max_pairs: int = 3) -> Iterator[RabinAutomaton]:
+def random_automata(count: int, max_states: int = 6, max_aps: int = 2, max_pairs: int = 3) -> Iterator[DRA]:
     """`count` automata of both kinds, of all small sizes."""
     for seed in range(count):
         rng = np.random.default_rng(seed)

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from ltlc.automata.rabin import RabinAutomaton
+from ltlc.automata.rabin import DRA
 from ltlc.mdp import LabelledMDP
 
 
@@ -21,12 +21,12 @@ def random_mdp(rng: np.random.Generator, n: int, n_actions: int, *, labels: bool
     return LabelledMDP.from_arrays(matrices, aps="ab", labels=chance if labels else ())
 
 
-def random_automaton(rng: np.random.Generator, n: int, n_pairs: int) -> RabinAutomaton:
+def random_automaton(rng: np.random.Generator, n: int, n_pairs: int) -> DRA:
     acceptance = rng.choice(["state", "transition"])
     shape = (n_pairs, n) if acceptance == "state" else (n_pairs, n, 4)
     fin, inf = rng.random(shape) < 0.3, rng.random(shape) < 0.4
     delta = rng.integers(n, size=(n, 4))
-    return RabinAutomaton(("a", "b"), delta, np.arange(4), fin, inf, acceptance=str(acceptance))
+    return DRA(("a", "b"), delta, np.arange(4), fin, inf, acceptance=str(acceptance))
 
 
 def storm_value(stormpy, folder, mdp: LabelledMDP, text: str) -> float:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 
 
 def random_automaton(
     seed: int, *, n_states: int = 5, n_aps: int = 2, n_pairs: int = 2, density: float = 0.3, acceptance: str = "state"
-) -> RabinAutomaton:
+) -> DRA:
     rng = np.random.default_rng(seed)
     letters = 1 << n_aps
     delta = rng.integers(0, n_states, (n_states, letters))
@@ -17,7 +17,7 @@ def random_automaton(
         if rng.random() < 0.25:
             delta[trap] = trap
     shape = (n_pairs, n_states) if acceptance == "state" else (n_pairs, n_states, letters)
-    return RabinAutomaton(
+    return DRA(
         aps=tuple("abcdef"[:n_aps]),
         delta=delta,
         letter_class=np.arange(letters),
@@ -27,9 +27,9 @@ def random_automaton(
     )
 
 
-def buchi_automaton(dra: RabinAutomaton, marks: np.ndarray) -> RabinAutomaton:
+def buchi_automaton(dra: DRA, marks: np.ndarray) -> DRA:
     """The same structure with Büchi acceptance on the marked edges."""
-    return RabinAutomaton(
+    return DRA(
         aps=dra.aps,
         delta=dra.delta,
         letter_class=dra.letter_class,
@@ -40,9 +40,7 @@ def buchi_automaton(dra: RabinAutomaton, marks: np.ndarray) -> RabinAutomaton:
     )
 
 
-def thesis_step(
-    dra: RabinAutomaton, q: int, letter: int, mode: str, reward: dict[str, float]
-) -> tuple[float, int, bool]:
+def thesis_step(dra: DRA, q: int, letter: int, mode: str, reward: dict[str, float]) -> tuple[float, int, bool]:
     """Reward, next state and end of one step, read off the thesis: terminal > deadlock > G > B > rest.
 
     A deadlock has no accepting continuation, so an Inf mark there ends nothing.

@@ -8,7 +8,7 @@ from mdp_cases import safely
 from pair_policies import true_satisfaction
 from random_models import random_automaton, random_mdp
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp import (
     LabelledMDP,
@@ -44,7 +44,7 @@ def two_pairs_world() -> LabelledMDP:
     return LabelledMDP.from_arrays(p, aps=aps, labels={2: "goal0", 1: "goal1", 3: "trap"})
 
 
-def both_pairs() -> RabinAutomaton:
+def both_pairs() -> DRA:
     """The formula as an automaton with one pair for each goal."""
     pairs = [(lambda x, p=p: p not in x, lambda x, p=p: p in x) for p in ("goal0", "goal1")]
     return safely(["goal0", "goal1", "trap"], "trap", pairs)
@@ -124,7 +124,7 @@ def test_every_scheme_takes_every_automaton(name: str) -> None:
 
 
 def test_a_broken_promise_ends_the_episode_and_is_no_violation() -> None:
-    fg = RabinAutomaton(("a",), [[0, 0]], [0, 1], [[[1, 0]]], [[[0, 1]]], acceptance="transition", formula="FG a")
+    fg = DRA(("a",), [[0, 0]], [0, 1], [[[1, 0]]], [[[0, 1]]], acceptance="transition", formula="FG a")
     tables = get_scheme("zeta-discount", zeta=0.9).compile(fg)
     assert tables.select_pair.tolist() == [[1], [-1]]
     assert tables.reward.tolist() == [[0, 0], [0, 1]]

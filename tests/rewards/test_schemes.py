@@ -14,7 +14,7 @@ from random_ltl import random_formula
 from rewards_reference import buchi_automaton, random_automaton, thesis_step
 
 import ltlc
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.compare import equivalent
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.rewards import SCHEMES, RewardTables, Shaped, get_scheme, shape
@@ -26,27 +26,23 @@ MODES = ("stay", "initial", "terminate")
 BUCHI_SCHEMES = ("accept", "zeta-reach", "zeta-discount", "two-discount", "eventual", "frontier", "parity")
 
 
-def gf_a(n_pairs: int = 1) -> RabinAutomaton:
+def gf_a(n_pairs: int = 1) -> DRA:
     """One state, G F a, with Inf on the letter that has a."""
     marks = np.array([[[False, True]]] * n_pairs)
-    return RabinAutomaton(
-        ("a",), [[0, 0]], [0, 1], np.zeros_like(marks), marks, acceptance="transition", formula="GF a"
-    )
+    return DRA(("a",), [[0, 0]], [0, 1], np.zeros_like(marks), marks, acceptance="transition", formula="GF a")
 
 
-def two_pairs() -> RabinAutomaton:
+def two_pairs() -> DRA:
     """FG a | FG b: needs both pairs, and is of no parity form on its structure."""
     fin = np.array([[[True, False, True, False]], [[True, True, False, False]]])
     inf = np.ones_like(fin)
-    return RabinAutomaton(
-        ("a", "b"), [[0, 0, 0, 0]], [0, 1, 2, 3], fin, inf, acceptance="transition", formula="FG a | FG b"
-    )
+    return DRA(("a", "b"), [[0, 0, 0, 0]], [0, 1, 2, 3], fin, inf, acceptance="transition", formula="FG a | FG b")
 
 
-def until() -> RabinAutomaton:
+def until() -> DRA:
     """!b U a: waiting 0, accepting sink 1, deadlock 2."""
     delta = [[0, 1, 2, 1], [1, 1, 1, 1], [2, 2, 2, 2]]
-    return RabinAutomaton(("a", "b"), delta, [0, 1, 2, 3], [[False] * 3], [[False, True, False]], formula="!b U a")
+    return DRA(("a", "b"), delta, [0, 1, 2, 3], [[False] * 3], [[False, True, False]], formula="!b U a")
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -103,7 +99,7 @@ def test_translated_automata_have_no_fin_marks_where_their_pair_cannot_accept() 
 
 def test_thesis_pays_for_the_marks_there_are() -> None:
     """A Fin mark where the pair cannot accept is paid like any other, as ltl2dstar's are in the thesis."""
-    transient = RabinAutomaton(("a",), [[0, 1], [1, 1]], [0, 1], [[True, False]], [[False, True]])
+    transient = DRA(("a",), [[0, 1], [1, 1]], [0, 1], [[True, False]], [[False, True]])
     assert get_scheme("thesis").compile(transient).reward[0, 0] == -10
 
 
@@ -172,7 +168,7 @@ def test_steps_take_only_the_form_the_scheme_needs(name: str) -> None:
 
 
 def test_one_pair_of_no_buchi_form_can_use_parity_rewards() -> None:
-    fg = RabinAutomaton(("a",), [[0, 0]], [0, 1], [[[1, 0]]], [[[0, 1]]], acceptance="transition", formula="FG a")
+    fg = DRA(("a",), [[0, 0]], [0, 1], [[[1, 0]]], [[[0, 1]]], acceptance="transition", formula="FG a")
     assert get_scheme("parity").compile(fg).reward[0] == pytest.approx((-0.01, 0.0001))
 
 
@@ -183,7 +179,7 @@ def test_buchi_and_parity_forms_keep_the_language() -> None:
             seed, n_states=2 + seed % 3, n_pairs=1 + seed % 3, density=0.4, acceptance=("state", "transition")[seed % 2]
         )
         fin, inf = relevant_marks(dra)
-        relevant = RabinAutomaton(dra.aps, dra.delta, dra.letter_class, fin, inf, acceptance="transition")
+        relevant = DRA(dra.aps, dra.delta, dra.letter_class, fin, inf, acceptance="transition")
         assert equivalent(dra, relevant)
         marks, colours = buchi_marks(dra), parity_colours(dra)
         if marks is not None:
@@ -192,7 +188,7 @@ def test_buchi_and_parity_forms_keep_the_language() -> None:
         if colours is not None:
             found["parity"] += 1
             odd = range(1, int(colours.max()) + 2, 2)
-            chain = RabinAutomaton(
+            chain = DRA(
                 dra.aps, dra.delta, dra.letter_class,
                 [colours > c for c in odd], [colours >= c for c in odd], acceptance="transition",
             )  # fmt: skip
@@ -205,16 +201,16 @@ def test_buchi_and_parity_forms_keep_the_language() -> None:
 def test_a_buchi_type_automaton_is_recognised_however_its_pairs_are_written() -> None:
     """GF a & GF !a as two pairs on a structure where each pair alone is too much."""
     delta = [[0, 1], [0, 1]]
-    dra = RabinAutomaton(("a",), delta, [0, 1], [[True, False]], [[False, True]], formula="FG a")
+    dra = DRA(("a",), delta, [0, 1], [[True, False]], [[False, True]], formula="FG a")
     assert buchi_marks(dra) is None
-    twice = RabinAutomaton(("a",), delta, [0, 1], [[0, 0], [1, 0]], [[1, 0], [0, 1]], formula="GF !a | FG a")
+    twice = DRA(("a",), delta, [0, 1], [[0, 0], [1, 0]], [[1, 0], [0, 1]], formula="GF !a | FG a")
     marks = buchi_marks(twice)
     assert marks is not None
     assert marks.all()  # the language is everything
 
 
 def test_frontier_pays_each_set_once_per_round() -> None:
-    dra = RabinAutomaton(("a",), [[0, 1], [0, 1]], [0, 1], [[False, False]], [[True, True]])
+    dra = DRA(("a",), [[0, 1], [0, 1]], [0, 1], [[False, False]], [[True, True]])
     tables = Frontier(sets=(frozenset({0}), frozenset({1}))).compile(dra)
     state, paid = tables.initial_state, []
     for letter in (0, 0, 1, 1, 0, 1, 0, 0):

@@ -12,7 +12,7 @@ from itertools import count
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton, equivalent, parity_colours, to_parity
+from ltlc.automata import DRA, equivalent, parity_colours, to_parity
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import Overtime, check_time, has_time, overtime, time_left, time_limit
 from ltlc.errors import InvalidArgumentError, LimitExceeded, StateLimitExceeded, TimeLimitExceeded
@@ -33,7 +33,7 @@ MIXED = (
 )
 
 
-def build(text: str, translator: str, acceptance: AcceptanceKind, **limits: float | None) -> RabinAutomaton | None:
+def build(text: str, translator: str, acceptance: AcceptanceKind, **limits: float | None) -> DRA | None:
     """The automaton, or None where the construction does not apply."""
     try:
         return translate(parse(text), Options(translator=translator, acceptance=acceptance, **limits))  # type: ignore[arg-type]
@@ -129,7 +129,7 @@ def exponential() -> Formula:
 
 
 @pytest.fixture(scope="module")
-def automaton() -> RabinAutomaton:
+def automaton() -> DRA:
     return translate(
         parse("(GF(a & X b) & GF c) | (FG d & G(a -> F c))"), Options(acceptance="transition", effort="fast")
     )
@@ -154,7 +154,7 @@ def automaton() -> RabinAutomaton:
     ],
 )
 def test_everything_that_can_take_long_asks(
-    monkeypatch: pytest.MonkeyPatch, automaton: RabinAutomaton, work: Callable[[RabinAutomaton], object]
+    monkeypatch: pytest.MonkeyPatch, automaton: DRA, work: Callable[[DRA], object]
 ) -> None:
     monkeypatch.setattr("ltlc.budget._OVERTIME", (0, 0))
     fresh = replace(automaton)  # nothing has been computed for it

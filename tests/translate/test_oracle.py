@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from random_ltl import random_formula, random_nesting, random_next_chain, random_task, random_word
 
-from ltlc.automata import RabinAutomaton
+from ltlc.automata import DRA
 from ltlc.automata.compare import counterexample, equivalent
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import InvalidArgumentError, StateLimitExceeded
@@ -45,9 +45,9 @@ def formulas(kind: str) -> tuple[Formula, ...]:
 
 
 @cache
-def outputs(formula: Formula) -> dict[str, RabinAutomaton]:
+def outputs(formula: Formula) -> dict[str, DRA]:
     """The automata of all constructions that apply and stay small, one of each kind of equal ones."""
-    found: dict[str, RabinAutomaton] = {}
+    found: dict[str, DRA] = {}
     seen: set[tuple[object, ...]] = set()
     for translator in ("auto", *TRANSLATORS):
         for acceptance in ACCEPTANCES:

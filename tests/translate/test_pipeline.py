@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import ltlc
-from ltlc.automata import RabinAutomaton, equivalent
+from ltlc.automata import DRA, equivalent
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import time_limit
 from ltlc.errors import (
@@ -55,7 +55,7 @@ EXCLUSIVE = " & ".join(f"G !({p} & {q})" for p, q in combinations(PLACES, 2))
 HARD = " & ".join(f"(G(a{i} | F b{i}) | F(c & X(b{i} U G a{i})))" for i in range(3))
 
 
-def build(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> RabinAutomaton:
+def build(text: str, acceptance: AcceptanceKind = "transition", translator: str = "auto") -> DRA:
     return translate(parse(text), Options(acceptance=acceptance, translator=translator))
 
 
