@@ -11,7 +11,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 from ltlc.budget import check_time
@@ -47,6 +47,29 @@ def rabin_pair(i: int, offset: int = 0) -> Clause:
 def rabin(n_pairs: int) -> Acceptance:
     """Some Rabin pair holds."""
     return tuple(rabin_pair(i) for i in range(n_pairs))
+
+
+def rabin_accepts(n_pairs: int, seen: int) -> bool:
+    """Whether some Rabin pair accepts a run that sees exactly these marks infinitely often."""
+    return any(seen >> 2 * i & 3 == 2 for i in range(n_pairs))
+
+
+def recurring_marks(state: int, run: Callable[[int], tuple[int, int]]) -> int:
+    """The marks seen infinitely often by a deterministic run that reads one word for ever.
+
+    Args:
+        state: where it starts.
+        run: the state after the word, and the marks seen on the way, from a state.
+    """
+    trail: dict[int, int] = {}
+    while state not in trail:
+        source = state
+        state, trail[source] = run(source)
+    rounds = list(trail)
+    seen = 0
+    for source in rounds[rounds.index(state) :]:
+        seen |= trail[source]
+    return seen
 
 
 def streett(n_pairs: int, offset: int = 0) -> Clause:

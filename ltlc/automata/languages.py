@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc import graph
-from ltlc.automata.acceptance import exactly_one
+from ltlc.automata.acceptance import exactly_one, rabin_accepts
 from ltlc.automata.emptiness import accepting_nodes
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
 from ltlc.budget import check_time
@@ -129,7 +129,7 @@ def _repeated(c: int, a: HasTable) -> list[bool]:
             seen = 0
             for q in trail[trail.index(state) :]:
                 seen |= a.edge_marks[q][c]
-            accepted[state] = any(seen >> 2 * i & 3 == 2 for i in range(a.n_pairs))
+            accepted[state] = rabin_accepts(a.n_pairs, seen)
         accepted.update((q, accepted[state]) for q in trail)
     return [accepted[q] for q in range(a.n_states)]
 

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc import graph
+from ltlc.automata.acceptance import rabin_accepts, recurring_marks
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
 from ltlc.automata.languages import equivalent_states
@@ -283,17 +284,16 @@ class DRA(Output):
         for letter in prefix:
             state = int(self.delta[state, self.letter_class[letter]])
         classes = [int(self.letter_class[letter]) for letter in cycle]
-        first_round: dict[int, int] = {}
-        trail: list[tuple[int, int]] = []
-        while state not in first_round:
-            first_round[state] = len(trail)
+        rows, marks = self.rows, self.edge_marks
+
+        def run(state: int) -> tuple[int, int]:
+            seen = 0
             for c in classes:
-                trail.append((state, c))
-                state = int(self.delta[state, c])
-        sources, labels = np.array(trail[first_round[state] :]).T
-        sees_fin = self.edge_fin[:, sources, labels].any(axis=1)
-        sees_inf = self.edge_inf[:, sources, labels].any(axis=1)
-        return bool((~sees_fin & sees_inf).any())
+                seen |= marks[state][c]
+                state = rows[state][c]
+            return state, seen
+
+        return rabin_accepts(self.n_pairs, recurring_marks(state, run))
 
 
 def _is_name(name: object) -> bool:

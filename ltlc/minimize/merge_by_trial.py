@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.acceptance import exactly_one
+from ltlc.automata.acceptance import exactly_one, rabin_accepts, recurring_marks
 from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import accepting_walk
@@ -245,15 +245,7 @@ def _accepts_redirected(automaton: DRA, old: int, new: int, word: _Word) -> bool
         return state, seen
 
     state, _ = run(new if automaton.initial_state == old else automaton.initial_state, word.prefix)
-    trail: dict[int, int] = {}
-    while state not in trail:
-        source = state
-        state, trail[source] = run(state, word.cycle)
-    rounds = list(trail)
-    seen = 0
-    for source in rounds[rounds.index(state) :]:
-        seen |= trail[source]
-    return any(seen >> 2 * i & 3 == 2 for i in range(automaton.n_pairs))
+    return rabin_accepts(automaton.n_pairs, recurring_marks(state, lambda start: run(start, word.cycle)))
 
 
 def _candidates(automaton: DRA, language: IntArray) -> list[tuple[int, int]]:

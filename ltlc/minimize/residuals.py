@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ltlc import graph
+from ltlc.automata.acceptance import rabin_accepts, recurring_marks
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.partition import IntArray
 from ltlc.automata.rabin import DRA, AcceptanceKind
@@ -89,19 +90,15 @@ class Part:
 
     def accepts(self, residual: int, columns: Sequence[int]) -> bool:
         """Whether the residual has the word that repeats these columns, which lead back to it."""
-        state = self.residual_of.index(residual)
-        trail: dict[int, int] = {}
-        while state not in trail:
-            source, seen = state, 0
+
+        def run(state: int) -> tuple[int, int]:
+            seen = 0
             for c in columns:
                 seen |= self.marks[state][c]
                 state = self.delta[state][c]
-            trail[source] = seen
-        rounds = list(trail)
-        seen = 0
-        for source in rounds[rounds.index(state) :]:
-            seen |= trail[source]
-        return any(seen >> 2 * i & 3 == 2 for i in range(self.n_pairs))
+            return state, seen
+
+        return rabin_accepts(self.n_pairs, recurring_marks(self.residual_of.index(residual), run))
 
 
 @dataclass(frozen=True, eq=False)
