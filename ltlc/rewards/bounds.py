@@ -43,13 +43,13 @@ class _Edges:
     paid: FloatArray
     lost: FloatArray
 
-    def with_choices(self, commit: npt.NDArray[np.int32]) -> _Edges:
+    def with_choices(self, select_pair: npt.NDArray[np.int32]) -> _Edges:
         """These and the choices of a pair, which are free."""
-        state, choice = np.nonzero(commit >= 0)
+        state, choice = np.nonzero(select_pair >= 0)
         none = np.zeros(len(state))
         return _Edges(
             np.concatenate([self.source, state]),
-            np.concatenate([self.target, commit[state, choice]]),
+            np.concatenate([self.target, select_pair[state, choice]]),
             np.concatenate([self.paid, none]),
             np.concatenate([self.lost, none]),
         )
@@ -75,7 +75,7 @@ def value_bounds(tables: RewardTables) -> ValueBounds:
         (np.float64(0.0), np.float64(1.0))
     """
     letters = _letters(tables)
-    best = _largest(letters.with_choices(tables.commit), tables.n_states)
+    best = _largest(letters.with_choices(tables.select_pair), tables.n_states)
     worst = _with_choices(tables, letters, _least(letters, tables.n_states))
     shape = (2 * tables.n_classes, tables.n_states)
     return ValueBounds(
@@ -105,7 +105,7 @@ def _with_choices(tables: RewardTables, letters: _Edges, never: FloatArray) -> F
     value = never
     for _ in range(tables.n_states if tables.n_choices else 0):
         acting = letters.values(value).reshape(-1, tables.n_states).min(axis=0)
-        chosen = np.where(tables.commit >= 0, value[tables.commit], -np.inf).max(axis=1)
+        chosen = np.where(tables.select_pair >= 0, value[tables.select_pair], -np.inf).max(axis=1)
         new = np.maximum(value, np.maximum(acting, chosen))
         if (new == value).all():
             break

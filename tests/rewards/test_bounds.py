@@ -16,15 +16,15 @@ def random_tables(seed: int, *, most: float = 0.5) -> RewardTables:
     g = np.random.default_rng(seed)
     n, k = 4, 2
     stop = np.where(g.random((n, k)) < 0.2, 1.0, g.choice([0.0, 0.25], (n, k)))
-    commit = np.full((n, 2), -1)
-    commit[0] = [2, 3 if g.random() < 0.5 else -1]
+    select_pair = np.full((n, 2), -1)
+    select_pair[0] = [2, 3 if g.random() < 0.5 else -1]
     following = g.integers(n, size=(n, k))
     following[2:] = g.integers(2, n, size=(2, k))  # a choice is made once
     return RewardTables(
         aps=("a",), letter_class=np.array([0, 1]), initial_state=0, next_state=following,
         reward=g.integers(-3, 4, (n, k)) / 2, discount=most * g.random((n, k)), stop=stop,
         stop_reward=g.integers(-2, 3, (n, k)) / 1.0, violated=np.zeros((n, k), bool), accepted=np.zeros((n, k), bool),
-        automaton_state=np.arange(n), progress=np.zeros(n), commit=commit, closing=g.normal(size=(n, k)),
+        automaton_state=np.arange(n), progress=np.zeros(n), select_pair=select_pair, closing=g.normal(size=(n, k)),
     )  # fmt: skip
 
 
@@ -44,7 +44,7 @@ def by_words(tables: RewardTables, length: int, *, best: bool) -> np.ndarray:
 
     def stand(state: int, left: int) -> float:
         if (state, left) not in known:
-            options = [state, *(int(i) for i in tables.commit[state] if i >= 0)]
+            options = [state, *(int(i) for i in tables.select_pair[state] if i >= 0)]
             known[state, left] = max(act(option, left) for option in options)
         return known[state, left]
 
@@ -59,7 +59,7 @@ def test_bounds_equal_the_best_and_the_worst_of_all_long_words(seed: int) -> Non
     assert np.allclose(bounds.largest, by_words(tables, 40, best=True), rtol=0, atol=1e-9)
     least = by_words(tables, 40, best=False)
     assert (bounds.least <= least + 1e-9).all()
-    alone = dataclasses.replace(tables, commit=np.zeros((4, 0), dtype=np.int32))
+    alone = dataclasses.replace(tables, select_pair=np.zeros((4, 0), dtype=np.int32))
     assert np.allclose(value_bounds(alone).least, by_words(alone, 40, best=False), rtol=0, atol=1e-9)
 
 
