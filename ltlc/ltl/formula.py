@@ -242,10 +242,8 @@ class _Nary(Formula):
     _of_none: ClassVar[bool]
 
     def __new__(cls, *operands: Formula) -> Self:
-        for operand in operands:
-            if type(operand) is cls:
-                operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
-                break
+        if cls in map(type, operands):
+            operands = tuple(part for f in operands for part in (f.args if type(f) is cls else (f,)))
         node: Any = (
             _operator(cls, operands) if len(operands) > 1 else operands[0] if operands else Constant(cls._of_none)
         )

@@ -141,8 +141,3 @@ def _rebuild(operator: type[Formula], parts: list[Formula]) -> Formula:
         a, not_a, b, not_b = parts
         return Or(And(a, not_b), And(not_a, b))
     return operator(*parts)
-
-
-def is_literal(formula: Formula) -> bool:
-    """Whether it is a proposition or the negation of one."""
-    return isinstance(formula, Proposition) or (isinstance(formula, Not) and isinstance(formula.args[0], Proposition))
