@@ -26,7 +26,7 @@ test-fast: $(INSTALLED)  ## run the tests that take a minute in all
 	$(BIN)/python -m pytest -q -m "not (slow or peer or build)"
 
 test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed
-	$(OLDEST)/bin/python -m pytest -m "not slow" $(OLDEST_TESTS)
+	$(OLDEST)/bin/python -m pytest $(OLDEST_TESTS)
 
 check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .

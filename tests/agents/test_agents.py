@@ -47,6 +47,7 @@ def settings(name: str) -> Any:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AGENTS)
 def test_learns_and_is_kept_in_a_file(name: str, tmp_path: Path) -> None:
     task, config = a_task(), settings(name)
@@ -69,6 +70,7 @@ class Killed(BaseException):
     """Stands for a kill."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AGENTS)
 def test_goes_on_where_it_was(name: str, tmp_path: Path) -> None:
     """Killed half through, and again at the last row: policy, checkpoint and metrics are those of a whole run."""
@@ -93,6 +95,7 @@ def test_goes_on_where_it_was(name: str, tmp_path: Path) -> None:
             assert (tmp_path / "whole" / file).read_bytes() == (tmp_path / "parts" / file).read_bytes()
 
 
+@pytest.mark.slow
 def test_an_agent_of_a_users_module(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -125,6 +128,7 @@ def test_what_is_no_agent(part: Any) -> None:
             AGENTS.remove("nothing")
 
 
+@pytest.mark.slow
 def test_auto_says_what_it_chose(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

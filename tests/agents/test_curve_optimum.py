@@ -35,6 +35,7 @@ def test_returns_of_episodes_that_are_cut(name: str, formula: str) -> None:
         assert expected_return_within(product, policy, 100_000) == pytest.approx(whole, rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_line_is_drawn_where_an_endless_episode_has_no_finite_return(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -51,6 +52,7 @@ def test_the_line_is_drawn_where_an_endless_episode_has_no_finite_return(
     assert 0 < best < 1
 
 
+@pytest.mark.slow
 def test_a_curve_with_an_infinite_optimum_has_no_line(tmp_path: Path) -> None:
     x = np.arange(20.0)
     for optimum in (np.inf, -np.inf, np.nan, None):

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 
+@pytest.mark.slow
 def test_example_is_solved_and_judged(capsys: pytest.CaptureFixture[str]) -> None:
     script = Path(__file__).parents[2] / "examples" / "train_bundled.py"
     runpy.run_path(str(script), run_name="__main__")

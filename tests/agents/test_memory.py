@@ -74,6 +74,7 @@ def pixels() -> LTLVectorWrapper:
     return LTLVectorWrapper(SyncVectorEnv([Pixels] * 2), Task("G F b"))
 
 
+@pytest.mark.slow
 def test_a_short_run_of_pictures_takes_what_it_needs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -84,6 +85,7 @@ def test_a_short_run_of_pictures_takes_what_it_needs(
     assert Path("here/checkpoint.ltlc").stat().st_size < 15e6
 
 
+@pytest.mark.slow
 def test_too_much_is_refused_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

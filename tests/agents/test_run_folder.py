@@ -49,6 +49,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 class TestLock:
+    @pytest.mark.slow
     def test_a_second_training_is_refused(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         automaton = compile("F A")
         with RunFolder.create(folder, a_config(), automaton) as first:
@@ -67,6 +68,7 @@ class TestLock:
         assert run(["train", "--resume", "--out", "here", "--quiet"]) == 0
         assert not (folder / LOCK_FILE).exists()
 
+    @pytest.mark.slow
     @posix
     def test_the_lock_of_a_killed_process_is_none(self, folder: Path) -> None:
         script = "import sys, pathlib\nfrom ltlc.agents.training.folder_lock import locked_folder\n"
@@ -125,6 +127,7 @@ class TestLock:
 
 
 class TestParts:
+    @pytest.mark.slow
     def test_parts_of_two_runs_are_refused(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", *TASK]) == 0
         assert run(["train", *TASK[:-1], "there", "--seed", "1"]) == 0
@@ -167,6 +170,7 @@ class TestParts:
 
 
 class TestReplacing:
+    @pytest.mark.slow
     def test_force_leaves_nothing_of_the_old_run(self, folder: Path) -> None:
         assert run(["train", *TASK]) == 0
         (folder / "events.out.tfevents.1").touch()
@@ -174,6 +178,7 @@ class TestReplacing:
         with RunFolder.create(folder, a_config(), compile("F B"), force=True):
             assert set(contents(folder)) == {"config.json", "dra.json", "notes.txt", LOCK_FILE}
 
+    @pytest.mark.slow
     @posix
     def test_a_kill_while_replacing_leaves_a_run_or_none(self, folder: Path) -> None:
         with RunFolder.create(folder, a_config(), compile("F A")) as first:
@@ -227,6 +232,7 @@ class TestReplacing:
         assert contents(folder) == before
         assert not folder.with_name("fresh").exists()
 
+    @pytest.mark.slow
     def test_files_of_others_are_not_overwritten(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         folder.mkdir()
         for name in ("metrics.csv", "dra.json"):
@@ -241,12 +247,14 @@ class TestReplacing:
 
 
 class TestPlaces:
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", ["with blanks", "größer ∧ schöner", "a/b/c", "-x"])
     def test_names(self, name: str) -> None:
         assert run(["train", *TASK[:-2], f"--out={name}"]) == 0
         assert run(["evaluate", "--", name]) == 0
         assert run(["train", "--resume", f"--out={name}", "--quiet"]) == 0
 
+    @pytest.mark.slow
     @posix
     def test_links(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         folder.symlink_to("nowhere")
@@ -261,6 +269,7 @@ class TestPlaces:
         assert run(["train", *TASK[:-1], "/proc/self/here"]) == 2
         assert "ltlc: /proc/self/here: " in capsys.readouterr().err
 
+    @pytest.mark.slow
     def test_resume_with_nothing(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", "--resume", "--out", "here"]) == 2
         assert "here is no run folder" in capsys.readouterr().err
@@ -271,6 +280,7 @@ class TestPlaces:
         assert RunFolder.open("here").load() is not None
 
 
+@pytest.mark.slow
 @posix
 def test_killed_commands_end_in_the_same_bytes(tmp_path: Path) -> None:
     """The benchmark, with few kills; it runs apart, since it forks."""

@@ -35,6 +35,7 @@ def test_what_is_missing_and_what_to_try() -> None:
     assert "the first update waits for 9000" in updates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("agent", ["double-dqn", "q-learning"])
 def test_the_command_says_so_while_it_runs_and_in_the_verdict(
     agent: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -67,6 +68,7 @@ def test_labels_in_another_order_count_where_each_step_teaches_every_state() -> 
         assert (seen.accepting, seen.accepting_elsewhere) == (formula == "F B", reachable), formula
 
 
+@pytest.mark.slow
 def test_with_the_default_number_of_environments_episodes_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,6 +78,7 @@ def test_with_the_default_number_of_environments_episodes_end(
     assert json.loads(out)["shortcomings"] == [] and "No episode" not in err
 
 
+@pytest.mark.slow
 def test_a_network_that_was_never_updated_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -84,6 +87,7 @@ def test_a_network_that_was_never_updated_says_so(
     assert any("first update waits for 1000" in text for text in json.loads(capsys.readouterr().out)["shortcomings"])
 
 
+@pytest.mark.slow
 def test_it_is_told_once_and_survives_a_checkpoint(tmp_path: Path) -> None:
     def env() -> LTLVectorWrapper:
         return LTLVectorWrapper(VectorGridWorld("S.A\n..B", 4, max_episode_steps=50), Task("F(A & B)"))

@@ -41,6 +41,7 @@ def wrapped(task: Task, map_: str = MAP, slip: float = 0.05, n: int = 8) -> LTLV
     return LTLVectorWrapper(VectorGridWorld(map_, n, slip=slip, max_episode_steps=100), task, observation="none")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reward", ["two-discount", "zeta-discount", "thesis", "parity", "sadigh"])
 def test_returns_of_what_is_learned_are_nearly_the_largest(reward: str) -> None:
     task = Task("F(A & F B) & G !C", reward, acceptance="transition")
@@ -58,6 +59,7 @@ def test_values_are_those_of_the_scheme() -> None:
     assert best == pytest.approx(judge.value, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_pairs_are_chosen() -> None:
     task = Task("(F G A | F G B) & G !C", "two-discount", acceptance="transition")
     assert task.tables.n_choices == 2
@@ -84,6 +86,7 @@ class Corridor(gym.Env[int, int]):
         return self.cell, float(self.cell == 30), self.cell == 30, self.time == 100, {}
 
 
+@pytest.mark.slow
 def test_what_is_far_away_is_found() -> None:
     """At random, thirty right steps in a row happen once in a thousand million."""
     config = dataclasses.replace(QUICK, gamma=0.99)
@@ -97,6 +100,7 @@ class Killed(BaseException):
     """Stands for a kill."""
 
 
+@pytest.mark.slow
 def test_resumed_run_is_bit_identical(tmp_path: Path) -> None:
     task = Task("(F G A | F G B) & G !C", "two-discount", acceptance="transition")
 
@@ -275,6 +279,7 @@ HUGE = spaces.Dict({"where": spaces.MultiDiscrete([100_000, 100_000]), "on": spa
 """more observations than can be counted."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_lock_of_sixty_steps_is_opened(seed: int) -> None:
     task, envs = Task("F open"), SyncVectorEnv([Lock] * 16)
@@ -284,6 +289,7 @@ def test_a_lock_of_sixty_steps_is_opened(seed: int) -> None:
     assert agent.policy(np.arange(60), start).tolist() == [(cell * 7 // 3) % 2 for cell in range(60)]
 
 
+@pytest.mark.slow
 def test_a_table_grows_with_what_was_seen(tmp_path: Path) -> None:
     def show(cell: int) -> dict[str, Any]:
         return {"where": np.array([1000 * cell, 5]), "on": np.array([cell % 2, 0, 1], dtype=np.int8)}

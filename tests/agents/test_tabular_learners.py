@@ -62,6 +62,7 @@ def satisfaction(learned: Learned, mdp: LabelledMDP, task: Task) -> tuple[float,
     return judge.satisfaction(learned.policy), judge.maximum.probability
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", LEARNERS)
 def test_nearly_optimal_on_the_small_thesis_world(name: str, seed: int) -> None:
@@ -80,6 +81,7 @@ def test_nearly_optimal_on_the_small_thesis_world(name: str, seed: int) -> None:
     assert row.accepting_components == (1 if name in ("fu-topcu", "wang") else None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("config", [
     FuTopcuConfig(accuracy=0.05),
@@ -115,6 +117,7 @@ def test_no_policy_without_an_accepting_end_component(name: str) -> None:
     assert "no accepting end component" in learned.result.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LEARNERS)
 def test_the_same_from_the_same_seed(name: str) -> None:
     changes: dict[str, Any] = {"total_steps": 20_000, "seed": 3}
@@ -127,6 +130,7 @@ def test_the_same_from_the_same_seed(name: str) -> None:
     assert (first.row.value, first.row.steps) == (second.row.value, second.row.steps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LEARNERS)
 def test_a_callback_sees_progress_and_can_stop(name: str) -> None:
     seen: list[Progress] = []
@@ -144,6 +148,7 @@ def test_a_callback_sees_progress_and_can_stop(name: str) -> None:
     assert judge.satisfaction(result.agent.policy_table()) <= 1
 
 
+@pytest.mark.slow
 def test_environment_that_ends_its_episodes() -> None:
     holes = {5, 7, 11, 12}
     labels = {"goal": lambda s: s == 15, "hole": lambda s: np.isin(s, list(holes))}
@@ -156,6 +161,7 @@ def test_environment_that_ends_its_episodes() -> None:
     lake.close()
 
 
+@pytest.mark.slow
 def test_q_learning_finds_the_exact_values_where_nothing_is_random() -> None:
     layout = grid_map(["S..a", "....", "b..."])
     env = LTLVectorWrapper(VectorGridWorld(layout, 16), Task("F a & F b", reward="thesis"))
@@ -169,6 +175,7 @@ def test_q_learning_finds_the_exact_values_where_nothing_is_random() -> None:
         assert regret(learned, labelled_mdp(GridWorld(layout)), env.task) == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_counterfactual_updates_learn_from_fewer_steps() -> None:
     mdp, losses = labelled_mdp(thesis_world("5x5")), []
     for counterfactual in (True, False):

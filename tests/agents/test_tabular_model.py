@@ -30,6 +30,7 @@ def experience(n_envs: int = 32, seed: int = 0) -> Experience:
     return Experience(LTLVectorWrapper(VectorGridWorld(MAP, n_envs), Task("F a & F b", reward="accept")), seed)
 
 
+@pytest.mark.slow
 def test_counts_become_the_model() -> None:
     seen, generator = experience(), np.random.default_rng(0)
     model = EmpiricalModel(seen)
@@ -51,6 +52,7 @@ def test_counts_become_the_model() -> None:
     assert learned.transitions[0].toarray()[5, 5] == 1
 
 
+@pytest.mark.slow
 def test_knowledge_grows_and_is_usually_right() -> None:
     accuracy, delta = 0.1, 0.05
     wrong, estimates = 0, 0
@@ -91,6 +93,7 @@ def _random_mdp(rng: np.random.Generator, aps: tuple[str, ...], n_states: int, n
     return LabelledMDP.from_arrays(transitions, aps=aps, labels=labels)
 
 
+@pytest.mark.slow
 def test_planning_on_the_true_model_attains_the_largest_probability() -> None:
     rng = np.random.default_rng(1)
     between = 0
@@ -142,6 +145,7 @@ def test_a_policy_with_zeros_leaves_the_process_as_it_was() -> None:
     np.testing.assert_array_equal(product.choice_start, before)
 
 
+@pytest.mark.slow
 def test_runtime_rows() -> None:
     rows: list[RuntimeRow] = []
     systems = ("q-learning", "fu-topcu", "sadigh")

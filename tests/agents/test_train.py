@@ -82,6 +82,7 @@ def rows(folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     [
@@ -98,6 +99,7 @@ def test_learned_policy_is_nearly_optimal_by_the_exact_judge(changes: dict[str, 
     assert judge.regret(greedy_policy(result.agent)) < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("observation", ["dict", "index", "flat"])
 def test_every_observation_mode_is_learned(observation: str) -> None:
     result = train(grid(observation=observation), DQNConfig(**QUICK))
@@ -108,6 +110,7 @@ def test_every_observation_mode_is_learned(observation: str) -> None:
     assert judge.regret(policy) < 0.02
 
 
+@pytest.mark.slow
 def test_thesis_network_learns_a_short_way() -> None:
     env = LTLVectorWrapper(VectorGridWorld("S.A", 1, observation="coordinates", max_episode_steps=20), "F A")
     config = DQNConfig.thesis(total_steps=1_500, epsilon_steps=1_000, hidden=(20, 10), tau=0.01, seed=1)
@@ -117,6 +120,7 @@ def test_thesis_network_learns_a_short_way() -> None:
     assert policy[:2, result.agent.tables.initial_state].tolist() == [1, 1]
 
 
+@pytest.mark.slow
 def test_environment_without_a_task_is_learned_from_its_own_rewards() -> None:
     agent = train(SyncVectorEnv([Corridor] * 4), DQNConfig(**(QUICK | {"total_steps": 4_000, "gamma": 0.9}))).agent
     values = agent.q_values(np.arange(4), np.zeros(4, dtype=np.int64))
@@ -154,6 +158,7 @@ class Killed(Exception):
     """Stands for a kill: nothing of the run gets a chance to clean up."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", [{}, {"optimizer": "sgd", "batch_norm": True, "counterfactual": False}])
 def test_resumed_run_is_bit_identical(tmp_path: Path, changes: dict[str, Any]) -> None:
     config = DQNConfig(**SHORT | changes)
@@ -173,6 +178,7 @@ def test_resumed_run_is_bit_identical(tmp_path: Path, changes: dict[str, Any]) -
     assert resumed.steps == whole.steps and not resumed.interrupted
 
 
+@pytest.mark.slow
 def test_resumed_run_of_another_kind_of_environment_is_bit_identical(tmp_path: Path) -> None:
     def lake() -> LTLVectorWrapper:
         env = gym.make_vec("FrozenLake-v1", num_envs=4, vectorization_mode="sync")
@@ -214,6 +220,7 @@ SCRIPT = """
 """
 
 
+@pytest.mark.slow
 def test_kill_during_a_checkpoint_leaves_the_previous_one(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(textwrap.dedent(SCRIPT))
@@ -228,6 +235,7 @@ def test_kill_during_a_checkpoint_leaves_the_previous_one(tmp_path: Path) -> Non
     assert_same(resumed.agent, train(env, resumed.agent.config).agent)
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_cleanly_and_can_be_resumed(tmp_path: Path) -> None:
     config = DQNConfig(**SHORT)
 
@@ -255,6 +263,7 @@ def test_second_ctrl_c_stops_at_once() -> None:
         train(grid(), DQNConfig(**SHORT), callback=interrupt)
 
 
+@pytest.mark.slow
 def test_training_works_outside_of_the_main_thread() -> None:
     results: list[TrainingResult] = []
     config = DQNConfig(**SHORT | {"total_steps": 500})
@@ -264,12 +273,14 @@ def test_training_works_outside_of_the_main_thread() -> None:
     assert results[0].steps >= 500
 
 
+@pytest.mark.slow
 def test_callback_can_stop_the_training(tmp_path: Path) -> None:
     result = train(grid(), DQNConfig(**SHORT), folder=tmp_path, callback=lambda p: p.row.steps >= 500)
     assert 500 <= result.steps < 600 and not result.interrupted
     assert (tmp_path / POLICY_FILE).exists() and len(rows(tmp_path)) == 2
 
 
+@pytest.mark.slow
 def test_progress_estimates_the_time_left() -> None:
     seen: list[Progress] = []
     train(grid(), DQNConfig(**SHORT), callback=lambda p: bool(seen.append(p)))
@@ -291,6 +302,7 @@ def short_run(tmp_path: Path) -> Path:
     return tmp_path / "run"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["cut", "flip", "empty", "other"])
 def test_damaged_checkpoint_is_recognised(short_run: Path, damage: str) -> None:
     path = short_run / CHECKPOINT_FILE
@@ -302,12 +314,14 @@ def test_damaged_checkpoint_is_recognised(short_run: Path, damage: str) -> None:
         train(grid(), folder=short_run, resume=True)
 
 
+@pytest.mark.slow
 def test_policy_is_no_checkpoint(short_run: Path) -> None:
     (short_run / CHECKPOINT_FILE).write_bytes((short_run / POLICY_FILE).read_bytes())
     with pytest.raises(FileFormatError, match="not a checkpoint file"):
         train(grid(), folder=short_run, resume=True)
 
 
+@pytest.mark.slow
 def test_checkpoint_of_something_else_is_refused(short_run: Path) -> None:
     with pytest.raises(InvalidArgumentError, match="holds a training run; pass resume=True"):
         train(grid(), folder=short_run)
@@ -323,6 +337,7 @@ def test_checkpoint_of_something_else_is_refused(short_run: Path) -> None:
         train(fewer, folder=short_run, resume=True)
 
 
+@pytest.mark.slow
 def test_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fill_the_disk(progress: Progress) -> None:
         if progress.row.steps >= 1_500:
@@ -355,6 +370,7 @@ class Poisoned(gym.Env[int, int]):
         return int(action), 1.0 if self.time < 300 else float("nan"), False, False, {}
 
 
+@pytest.mark.slow
 def test_loss_that_is_not_a_number_stops_the_training(tmp_path: Path) -> None:
     config = DQNConfig(**QUICK | {"learning_starts": 64, "checkpoint_every": 200})
     with pytest.raises(TrainingDiverged, match=r"loss is nan at update \d+ .*reward that is not finite"):
@@ -362,6 +378,7 @@ def test_loss_that_is_not_a_number_stops_the_training(tmp_path: Path) -> None:
     assert (tmp_path / CHECKPOINT_FILE).exists()
 
 
+@pytest.mark.slow
 def test_metrics_are_plain_csv(short_run: Path) -> None:
     text = (short_run / "metrics.csv").read_text().splitlines()
     assert text[0] == (
@@ -373,6 +390,7 @@ def test_metrics_are_plain_csv(short_run: Path) -> None:
     assert int(row["steps"]) >= 500 and float(row["loss"]) > 0
 
 
+@pytest.mark.slow
 def test_metrics_file_of_something_else_is_not_touched(short_run: Path) -> None:
     (short_run / "metrics.csv").write_text("shopping,list\n")
     with pytest.raises(FileFormatError, match="line 1 is not the header"):
@@ -380,6 +398,7 @@ def test_metrics_file_of_something_else_is_not_touched(short_run: Path) -> None:
     assert (short_run / "metrics.csv").read_text() == "shopping,list\n"
 
 
+@pytest.mark.slow
 def test_policy_comes_back_from_its_file(short_run: Path) -> None:
     agent = DoubleDQN.load(short_run / POLICY_FILE)
     trained = train(grid(), DQNConfig(**SHORT | {"total_steps": 500})).agent

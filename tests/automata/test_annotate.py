@@ -138,6 +138,7 @@ def shuffled(automaton: DRA, rng: np.random.Generator) -> DRA:
     )
 
 
+@pytest.mark.slow
 def test_canonical_forgets_the_numbering() -> None:
     for seed, automaton in enumerate(random_automata(60)):
         once = canonical(automaton)

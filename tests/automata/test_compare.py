@@ -47,6 +47,7 @@ def always_eventually(name: str, aps: tuple[str, ...]) -> DRA:
     )
 
 
+@pytest.mark.slow
 def test_verdicts_agree_with_words() -> None:
     both = {True: 0, False: 0}
     for seed in range(150):
@@ -204,6 +205,7 @@ def test_buchi_automata_accept_lassos() -> None:
         BuchiAutomaton(1, (0,), ((LetterEdge(1, 1, 0),),), 0)
 
 
+@pytest.mark.slow
 def test_merging_is_judged_by_any_equivalent_automaton() -> None:
     """Another automaton of the language gives the same merges as the automaton itself, and they keep the language."""
     for automaton in random_automata(60, max_states=5):

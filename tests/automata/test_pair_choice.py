@@ -43,6 +43,7 @@ def some_choice_accepts(form: Refinement, prefix: tuple[int, ...], cycle: tuple[
     return False
 
 
+@pytest.mark.slow
 def test_some_choice_accepts_exactly_the_words_of_the_automaton() -> None:
     rng = np.random.default_rng(0)
     accepted = 0
@@ -55,6 +56,7 @@ def test_some_choice_accepts_exactly_the_words_of_the_automaton() -> None:
     assert accepted > 200
 
 
+@pytest.mark.slow
 def test_there_are_choices_only_where_the_automaton_is_not_of_buchi_type() -> None:
     with_choice = 0
     for automaton in random_automata(250):
@@ -89,6 +91,7 @@ def test_pmax_is_that_of_the_rabin_automaton(seed: int) -> None:
     assert max_satisfaction_probability(parity).probability == pytest.approx(best.probability, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_no_policy_with_choices_beats_pmax() -> None:
     for seed in range(30):
         rng = np.random.default_rng(seed)

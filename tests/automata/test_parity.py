@@ -62,6 +62,7 @@ def appearance_records(automaton: DRA) -> DRA:
     return chain(marked, np.array(colours))
 
 
+@pytest.mark.slow
 def test_parity_form_keeps_the_language_and_leads_back() -> None:
     products = 0
     for automaton in random_automata(250):

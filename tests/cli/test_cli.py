@@ -60,6 +60,7 @@ def ask(child: subprocess.Popen[str], formula: str) -> str:
     return text
 
 
+@pytest.mark.slow
 def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([]) == 0
     listing = capsys.readouterr().out
@@ -171,6 +172,7 @@ class TestCompile:
         assert run(["compile", "F a", "-o", "a.json"]) == 2
         assert [path.read_text() for path in folder.iterdir()] == ["old"]
 
+    @pytest.mark.slow
     def test_same_bytes_for_every_hash_seed(self) -> None:
         outputs = set()
         for seed in ("0", "1", "2"):
@@ -224,6 +226,7 @@ class TestBatch:
         assert run(["compile", "-F", "-", "--json"]) == 0
         assert [json.loads(line)["formula"] for line in capsys.readouterr().out.splitlines()] == ["F a", "G b"]
 
+    @pytest.mark.slow
     def test_each_result_comes_before_the_next_line_is_read(self) -> None:
         child = process("compile", "-F", "-", stdin=subprocess.PIPE)
         for formula in ("F a", "G b"):
@@ -263,6 +266,7 @@ class TestShow:
         assert run(["show", "GF a", "--acceptance", "transition"]) == 0
         assert "a → 0 +0" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_a_limit_on_the_time_of_a_file(self, capsys: pytest.CaptureFixture[str]) -> None:
         ltlc.compile("X " * 300 + "a").save("a.hoa")
         for options in (["-o", "a.json"], ["--json"], []):
@@ -334,6 +338,7 @@ def test_registries(command: str, registry: dict[str, object], says: str, capsys
 
 
 class TestProcess:
+    @pytest.mark.slow
     def test_compile_loads_nothing_heavy(self) -> None:
         heavy = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "rich"]
         code = (
@@ -344,6 +349,7 @@ class TestProcess:
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         assert done.stdout.splitlines()[-1] == ""
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("arguments", [
         ["agents"],
         ["rewards"],
@@ -356,6 +362,7 @@ class TestProcess:
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         assert done.stdout.splitlines()[-1] == "0 False"
 
+    @pytest.mark.slow
     def test_a_reader_that_goes_away(self) -> None:
         Path("many.txt").write_text("GF a & GF b & FG !c\n" * 2000)
         child = process("compile", "-F", "many.txt")
@@ -367,6 +374,7 @@ class TestProcess:
         assert child.wait(timeout=60) == -signal.SIGPIPE
         child.stderr.close()
 
+    @pytest.mark.slow
     def test_interrupted(self, folder: Path) -> None:
         child = process("compile", "-F", "-", "-o", "-", "-o", "all.hoa", stdin=subprocess.PIPE)
         assert ask(child, "F a").endswith("--END--\n")  # and then it waits for the next line
@@ -386,6 +394,7 @@ class TestProcess:
         assert error.endswith("ltlc: this is a bug; please report it with the lines above\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", ["0", "1", "nonsense"])
 def test_a_width_in_which_nothing_can_be_read_is_none(columns: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", columns)

@@ -16,6 +16,7 @@ from ltlc.formats.picture import draw
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.slow
 def test_demo(tmp_path: Path) -> None:
     try:
         draw("digraph { a }", "svg")

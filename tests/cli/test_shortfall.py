@@ -78,6 +78,7 @@ def test_a_long_sure_loop_beside_a_short_gamble() -> None:
     assert found(gamble(150, 0.95), answer.better.scheme) is None
 
 
+@pytest.mark.slow
 def test_the_search_goes_further_where_it_must() -> None:
     answer = found(gamble(2000, 0.99), "two-discount")
     assert answer is not None
@@ -103,6 +104,7 @@ def test_rewards_without_an_optimum_fall_short() -> None:
     check(gamble(20, 0.95), "G F g", answer)
 
 
+@pytest.mark.slow
 def test_where_violations_are_forgiven_rewards_that_mind_them_are_found() -> None:
     p = np.zeros((2, 4, 4))  # surely through the trap to a goal, or, half of the time, around it
     p[0, 0, 1] = 1
@@ -143,6 +145,7 @@ def test_a_small_maximum_may_not_be_missed_altogether() -> None:
     assert judge.falls_short
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60))
 def test_random_models(seed: int) -> None:
     rng = np.random.default_rng([seed, 7])
@@ -201,6 +204,7 @@ class TestCommands:
         assert values["shortfall"]["satisfaction"] == pytest.approx(0.028125)
         return dict(values)
 
+    @pytest.mark.slow
     def test_solve_train_and_evaluate_say_so(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["solve", *self.TASK]) == 0
         self.told(capsys)
@@ -210,6 +214,7 @@ class TestCommands:
         assert run(["evaluate", "run", "--json"]) == 0
         self.told(capsys)
 
+    @pytest.mark.slow
     def test_what_takes_long_is_compared_after_training(
         self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -226,6 +231,7 @@ class TestCommands:
         assert printed.err == ""
         assert json.loads(printed.out)["shortfall"] is None
 
+    @pytest.mark.slow
     def test_learners_that_do_not_see_the_rewards_are_not_warned(self) -> None:
         where = [*self.TASK[:-1], "-q"]
         run(["train", *where, "--agent", "wang", "--steps", "200", "--out", "run"])

@@ -82,6 +82,7 @@ def q_values(path: str) -> np.ndarray:
 
 
 class TestTrain:
+    @pytest.mark.slow
     def test_a_run_and_its_folder(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", *LAKE, "--steps", "600", "--num-envs", "4", *SMALL]) == 0
         out = capsys.readouterr().out
@@ -99,6 +100,7 @@ class TestTrain:
         assert run(["evaluate", str(place)]) == 0
         assert "Lost against the optimum" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_an_unknown_environment_is_sampled(self, capsys: pytest.CaptureFixture[str]) -> None:
         options = ["--steps", "300", "--episode-steps", "30", "--out", "pole", "--json", *SMALL]
         assert run(["train", *POLE, *options]) == 0
@@ -111,6 +113,7 @@ class TestTrain:
         assert "95 % interval" in capsys.readouterr().out
         assert not Path("pole/policy.png").exists()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("formula", "word"), [("goal & !goal", "unsatisfiable"), ("goal | !goal", "valid")])
     def test_foregone_conclusions(self, formula: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", formula, *GRID[1:], "--steps", "50", "--num-envs", "2", "--quiet", *SMALL]) == 0
@@ -122,6 +125,7 @@ class TestTrain:
         assert run(["train", *GRID, "--steps", "100", "--num-envs", "2", "--quiet", *SMALL]) == 0
         assert capsys.readouterr().out == ""
 
+    @pytest.mark.slow
     def test_an_automaton_file_and_the_preset_of_the_thesis(self) -> None:
         assert run(["compile", "F goal", "-o", "task.json"]) == 0
         preset = ["--config", "thesis", "--hyper", "hidden=[8]", "--out", "here", "-q"]
@@ -130,6 +134,7 @@ class TestTrain:
         assert config.num_envs == 1 and config.hyperparameters.hidden == (8,)
         assert config.agent == "double-dqn" and not config.hyperparameters.double
 
+    @pytest.mark.slow
     def test_a_run_is_not_overwritten(self, capsys: pytest.CaptureFixture[str]) -> None:
         small = ["--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]
         assert run(["train", *GRID, *small]) == 0
@@ -142,6 +147,7 @@ class TestTrain:
         assert run(["train", *GRID, *small, "--resume", "--seed", "1"]) == 2
         assert "differs in hyperparameters" in capsys.readouterr().err
 
+    @pytest.mark.slow
     def test_ctrl_c_and_resume_give_the_same_as_no_interruption(self) -> None:
         options = ("--steps", "2400", "--num-envs", "2", "--hyper", "train_frequency=8", *SMALL)
         running = process("train", *GRID, *options, "--out", "cut")
@@ -230,6 +236,7 @@ def test_wrong_input(arguments: list[str], message: str, capsys: pytest.CaptureF
     assert not Path("runs").exists()
 
 
+@pytest.mark.slow
 def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["train", *GRID, "--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]) == 0
     here = Path("here")
@@ -336,6 +343,7 @@ def test_what_calls_exit_is_named(arguments: list[str], message: str, capsys: py
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_an_agent_learns_with_labels_that_look_at_the_environment(capsys: pytest.CaptureFixture[str]) -> None:
     looks = ["--env", "FrozenLake-v1", "--labels", "sensors.py:looks"]
     assert run(["train", "F goal", *looks, "--steps", "200", "--out", "looking"]) == 0
@@ -356,6 +364,7 @@ class TestPrism:
         start = built.initial_states[0]
         return result.get_value(start) if hasattr(result, "get_value") else result.at(start)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("env", ["ltlc/Thesis5x5-v0", "ltlc/Thesis5x5Dynamic-v0"])
     def test_the_largest_probability(self, env: str, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["solve", "!C U (A & (!C U B))", "--env", env, "--prism", "files", "--json"]) == 0
@@ -364,6 +373,7 @@ class TestPrism:
         assert 0 < answer["maximum_satisfaction"][1] < 1
         assert self.recheck(answer) == pytest.approx(answer["maximum_satisfaction"][1], abs=1e-5)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("agent", ["double-dqn", "q-learning", "wang"])
     def test_what_was_learned(self, agent: str, capsys: pytest.CaptureFixture[str]) -> None:
         coarse = ["--hyper", "accuracy=0.2"] if agent == "wang" else ["--steps", "3000"]
@@ -375,6 +385,7 @@ class TestPrism:
         assert run(["evaluate", "here", "--prism", "chain"]) == 0
         assert "prism chain/policy.prism chain/policy.props" in capsys.readouterr().out
 
+    @pytest.mark.slow
     def test_what_cannot_be_written(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["compile", "F goal", "-o", "task.json"]) == 0
         nameless = json.loads(Path("task.json").read_text())
@@ -403,6 +414,7 @@ def test_default_folder() -> None:
 
 
 class TestTermination:
+    @pytest.mark.slow
     def test_a_run_keeps_and_compares_what_follows_the_end(self, capsys: pytest.CaptureFixture[str]) -> None:
         small = ["--steps", "60", "--num-envs", "2", "--quiet", "--out", "here", *SMALL]
         assert run(["train", *LAKE, *small, "--on-termination", "cut"]) == 0
@@ -421,6 +433,7 @@ class TestTermination:
         assert run(["train", *GRID, "--on-termination", "sometimes"]) == 2
         assert "repeat" in capsys.readouterr().err
 
+    @pytest.mark.slow
     def test_the_lake_ends_at_its_goal(self, capsys: pytest.CaptureFixture[str]) -> None:
         options = ["--env", "FrozenLake-v1", "--labels", "sensors.py:labels", "--json"]
         found = {}

@@ -65,6 +65,7 @@ def test_episodes_that_are_too_short(formula: str, steps: int) -> None:
     assert ("short-episodes", None) not in kinds(diagnose(automaton, corridor(), episode_steps=shortest))
 
 
+@pytest.mark.slow
 def test_commands_say_it_once(capsys: pytest.CaptureFixture[str]) -> None:
     task = ["F(A & F B) & G !C & F G T", "--env", "ltlc/Thesis10x10-v0"]
     for command in (["solve", *task], ["faithful", *task, "-r", "thesis"]):

@@ -105,6 +105,7 @@ def test_candidates_are_called_after_their_parameters() -> None:
         Candidate.from_name("paritty")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_pictures_are_drawn(table: ModuleType, tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"bars.{suffix}"
@@ -117,6 +118,7 @@ def test_pictures_are_drawn(table: ModuleType, tmp_path: Path, suffix: str) -> N
         draw_faithfulness(tmp_path / "bars.txt", table.report("gate", ["code, end"]))
 
 
+@pytest.mark.slow
 def test_the_command_prints_tables_json_and_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     task = ["faithful", "!C U A", "--env", "ltlc/Thesis10x10-v0"]
     assert run([*task, "-r", "accept,gamma=0.9", "-r", "eventual", "-o", str(tmp_path / "bars.svg")]) == 0

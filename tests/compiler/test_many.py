@@ -29,6 +29,7 @@ def test_same_as_one_by_one() -> None:
     assert [a.to_json() for a in together] == [ltlc.compile(f, acceptance="transition").to_json() for f in FORMULAS]
 
 
+@pytest.mark.slow
 def test_same_with_processes() -> None:
     rng = random.Random(5)
     formulas = [reach_avoid(rng, 3) for _ in range(80)]
@@ -36,6 +37,7 @@ def test_same_with_processes() -> None:
     assert [a.to_hoa() for a in ltlc.compile_many(formulas, workers=2)] == [a.to_hoa() for a in alone]
 
 
+@pytest.mark.slow
 def test_processes_report_progress_and_stop_at_the_first_error() -> None:
     rng = random.Random(6)
     formulas = [reach_avoid(rng, 3) for _ in range(90)]

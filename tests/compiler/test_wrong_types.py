@@ -136,6 +136,7 @@ def test_half_a_character_never_gets_into_an_automaton() -> None:
     assert replace(DRA, aps=("café",)).aps == ("café",)
 
 
+@pytest.mark.slow
 def test_formulas_that_are_too_large_end_by_a_limit_at_once() -> None:
     text = "X " * 250_000 + "a"
     with pytest.raises(ltlc.LimitExceeded, match="200000 different subformulas"):

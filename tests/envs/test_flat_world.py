@@ -24,6 +24,7 @@ def names(world: Any, letter: int) -> set[str]:
     return {name for i, name in enumerate(world.propositions) if letter >> i & 1}
 
 
+@pytest.mark.slow
 def test_what_holds_follows_the_definition() -> None:
     world = VectorFlatWorld(64, max_episode_steps=100)
     world.reset(seed=0)
@@ -37,6 +38,7 @@ def test_what_holds_follows_the_definition() -> None:
     assert len(seen) > 8
 
 
+@pytest.mark.slow
 def test_the_circles_can_be_seen_in_thirteen_ways() -> None:
     world = VectorFlatWorld(1)
     grid = np.stack(np.meshgrid(*[np.linspace(-2, 2, 801)] * 2)).reshape(2, -1)
@@ -127,6 +129,7 @@ def test_wrong_worlds_are_explained(arguments: dict[str, Any], message: str) -> 
             make(**arguments)
 
 
+@pytest.mark.slow
 def test_a_full_world_is_explained() -> None:
     with pytest.raises(InvalidArgumentError, match="no room for a start outside the circles"):
         FlatWorld(circles=[("a", 0, 0, 9)]).reset()

@@ -52,6 +52,7 @@ def test_maps_are_as_they_should_be(arguments: dict[str, Any]) -> None:
         assert is_valid({cell for cell, kind in enumerate(row) if kind}, world.size)
 
 
+@pytest.mark.slow
 def test_all_valid_maps_are_equally_probable() -> None:
     """On 3 x 3 with three letters, against a list of all; 30 000 draws, to 5 standard errors."""
     world = VectorLetterWorld(30_000, size=3, letters="abc", each=1)

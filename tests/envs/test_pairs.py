@@ -110,6 +110,7 @@ def test_actions_that_are_not_discrete_need_a_scheme_without_choices() -> None:
         env.action_masks()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", MODES)
 def test_vector_wrapper_equals_single_wrappers(mode: AutoresetMode) -> None:
     task = choosing()
@@ -157,6 +158,7 @@ QUICK: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes", [{}, {"state_input": "one-hot", "counterfactual": False}, {"counterfactual": False}]
 )

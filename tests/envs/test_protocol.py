@@ -78,6 +78,7 @@ def corridor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "corridor:Corridor-v0"
 
 
+@pytest.mark.slow
 def test_an_environment_of_the_user_has_verdicts_and_pictures(
     corridor: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -173,6 +174,7 @@ def test_what_a_user_returns_is_checked() -> None:
             Board(**given)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", [
     "from ltlc.envs import GridWorld, labelled_mdp, board_of; import ltlc\n"
     "w = GridWorld('S.\\n.g', render_mode='ansi'); w.reset(); w.render(); board_of(w)\n"

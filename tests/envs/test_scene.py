@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from ltlc.compiler import compile
 from ltlc.envs import VectorFlatWorld, VectorLetterWorld
@@ -12,6 +13,7 @@ from ltlc.pictures.trajectories import Trajectory, _unwrapped, draw_trajectories
 from ltlc.scene import Region, Scene
 
 
+@pytest.mark.slow
 def test_what_can_hold_together() -> None:
     regions = (Region("a", 0, 0, 1), Region("b", 1, 0, 0.5, square=True), Region("c", -1.5, -1.5, 0.3))
     scene = Scene((-2, -2, 2, 2), regions, (0, 0))
@@ -31,6 +33,7 @@ def test_steps_round_a_torus_are_two_lines() -> None:
     assert colours == ["x", "y", "x"]
 
 
+@pytest.mark.slow
 def test_pictures_of_trajectories(tmp_path: Path) -> None:
     world = VectorLetterWorld()
     world.reset(seed=0)

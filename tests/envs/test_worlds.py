@@ -149,6 +149,7 @@ def test_wrong_actions_and_modes_are_explained(world: World) -> None:
             make(render_mode="human", **world.arguments)
 
 
+@pytest.mark.slow
 @every_world
 def test_worlds_can_be_drawn(world: World) -> None:
     vector, single = world.vector(2, render_mode="rgb_array", **world.arguments), world.single(**world.arguments)

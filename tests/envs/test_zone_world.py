@@ -62,6 +62,7 @@ def lidar(world: VectorZoneWorld, i: int) -> np.ndarray[Any, Any]:
     return seen.ravel()
 
 
+@pytest.mark.slow
 def test_lidar_and_labels_follow_their_definitions() -> None:
     world = VectorZoneWorld(200, max_episode_steps=400)
     seen, _ = world.reset(seed=1)

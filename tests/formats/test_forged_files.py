@@ -35,6 +35,7 @@ def makers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Maker, R
     return kinds(tmp_path_factory.mktemp("forged"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", COUNTS)
 def test_mutants(makers: dict[str, tuple[Maker, Reader]], kind: str) -> None:
     make, read = makers[kind]
@@ -126,6 +127,7 @@ def test_nothing_is_executed_or_unpacked(tmp_path: Path) -> None:
     assert not trap.exists()
 
 
+@pytest.mark.slow
 def test_a_forged_checkpoint_leaves_the_run_as_it_was(tmp_path: Path) -> None:
     env = LTLVectorWrapper(VectorGridWorld("S..\nA.B", 2), "F(A & F B)")
     config = DQNConfig(hidden=(3,), total_steps=24, batch_size=4, learning_starts=4, log_every=8, checkpoint_every=8)

@@ -53,6 +53,7 @@ def survives(read_text: Callable[[str], DRA], text: str) -> None:
         assert str(error)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(st.text())
 def test_any_text(text: str) -> None:
@@ -60,6 +61,7 @@ def test_any_text(text: str) -> None:
     survives(from_json, text)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(st.lists(st.sampled_from(HOA_WORDS), max_size=40))
 def test_any_words_of_hoa(words: list[str]) -> None:
@@ -93,6 +95,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [*([path] if path else []), *(place for key, item in inside for place in places(item, (*path, key)))]
 
 
+@pytest.mark.slow
 def test_json_with_values_of_other_types() -> None:
     for automaton in random_automata(3, max_states=3):
         text = to_json(automaton)

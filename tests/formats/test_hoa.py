@@ -15,6 +15,7 @@ from ltlc.errors import FileFormatError
 from ltlc.formats import from_hoa, read_hoa_stream, to_hoa
 
 
+@pytest.mark.slow
 def test_round_trip_is_stable_and_keeps_the_language() -> None:
     for automaton in random_automata(60, max_aps=3):
         text = to_hoa(automaton)
@@ -85,6 +86,7 @@ def test_state_and_transition_marks_mixed() -> None:
     assert automaton.pairs[0].fin == {(0, 0), (0, 1), (1, 0)}
 
 
+@pytest.mark.slow
 def test_large_numbers_of_states_and_propositions() -> None:
     names = " ".join(f'"p{i}"' for i in range(12))
     body = "\n".join(f"State: {q} [{q}] {(q + 1) % 12} {{{q}}} [!{q}] {q}" for q in range(12))

@@ -34,6 +34,7 @@ def example() -> dict[str, Any]:
     return dict(json.loads(to_json(automaton)))
 
 
+@pytest.mark.slow
 def test_round_trip_is_stable_and_keeps_the_language() -> None:
     for automaton in random_automata(60, max_aps=3):
         text = to_json(automaton)
@@ -69,6 +70,7 @@ def test_text_is_readable() -> None:
     assert '  "deadlocks": [2],\n' in text
 
 
+@pytest.mark.slow
 def test_schema_holds_for_what_is_written() -> None:
     for automaton in random_automata(20):
         schema().validate(json.loads(to_json(automaton)))

@@ -214,6 +214,7 @@ def test_unknown_picture_suffix(tmp_path: Path) -> None:
         render(three_states(), tmp_path / "a.gif")
 
 
+@pytest.mark.slow
 def test_import_loads_neither_graphviz_nor_lark() -> None:
     code = "import sys, ltlc.formats; print(sorted({'graphviz', 'lark', 'scipy', 'torch'} & set(sys.modules)))"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -128,6 +128,7 @@ def test_the_same_bytes_as_pure_python(site: Path) -> None:
     assert output(site, DIGEST, formulas) == output(ROOT, DIGEST, formulas)
 
 
+@pytest.mark.slow
 def test_no_iterator_is_unpacked_in_a_compiled_module() -> None:
     """There the error of an iterator is taken for its end: "not enough values to unpack", whatever it was."""
     tree = ast.parse((ROOT / "setup.py").read_text(encoding="utf-8"))
@@ -165,6 +166,7 @@ def test_deep_formulas_end_in_python_errors_too(site: Path) -> None:
     assert output(site, DEEP) == output(ROOT, DEEP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "environment", "reason"),
     [

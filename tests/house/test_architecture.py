@@ -152,6 +152,7 @@ def test_imports_lead_downwards() -> None:
     assert not breaches
 
 
+@pytest.mark.slow
 def test_agents_are_imported_late() -> None:
     # Torch would come along.
     breaches = [
@@ -170,6 +171,7 @@ def test_the_command_line_imports_by_statements() -> None:
     assert not [name for name, path in sources().items() if part(name) == "cli" and "import_module" in path.read_text()]
 
 
+@pytest.mark.slow
 def test_texts_of_the_library_name_no_options_of_the_command_line() -> None:
     option = re.compile(r"\s--[a-z]|^--[a-z].*\s")
     breaches = [
@@ -209,6 +211,7 @@ def test_no_drawer_for_odds_and_ends() -> None:
     assert not [name for name in sources() if odd & set(name.split("."))]
 
 
+@pytest.mark.slow
 def test_nothing_evaluates_or_unpickles_foreign_input() -> None:
     calls = [
         f"{name}:{node.lineno} {node.func.id}"

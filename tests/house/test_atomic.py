@@ -160,6 +160,7 @@ def command(line: str, cwd: Path) -> tuple[int, str]:
     return done.returncode, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full")
 @pytest.mark.parametrize(
     ("line", "message"),
@@ -182,6 +183,7 @@ def test_streams_that_are_closed_or_full(line: str, message: str, tmp_path: Path
     assert code == 2 and error.startswith(f"ltlc: {message}") and error.count("\n") == 1
 
 
+@pytest.mark.slow
 @posix
 def test_closed_standard_error_stays_out_of_other_files(tmp_path: Path) -> None:
     code, _ = command("compile 'F (' -o a.json >out 2>&-", tmp_path)

@@ -61,6 +61,7 @@ def test_construction(ltlc: Any) -> None:
     assert json.loads(ltlc("compile", "GF a -> GF b", "-t", "either-safra", "--json"))["translator"] == "either-safra"
 
 
+@pytest.mark.slow
 @follows("reward scheme")
 def test_reward_scheme(ltlc: Any) -> None:
     assert "unit" in names(ltlc("rewards", "--json"))
@@ -71,6 +72,7 @@ def test_reward_scheme(ltlc: Any) -> None:
         assert json.loads(ltlc("solve", "F A", *GRID, "-r", name, "-s", "gamma=0.9", "--json"))["shortfall"] is None
 
 
+@pytest.mark.slow
 @follows("agent")
 def test_agent(ltlc: Any) -> None:
     assert "wanderer" in names(ltlc("agents", "--json"))
@@ -80,6 +82,7 @@ def test_agent(ltlc: Any) -> None:
     assert "learned" in ltlc("evaluate", "run")
 
 
+@pytest.mark.slow
 @follows("format")
 def test_format(ltlc: Any, tmp_path: Path) -> None:
     assert "csv" in names(ltlc("formats", "--json"))
@@ -92,6 +95,7 @@ def test_format(ltlc: Any, tmp_path: Path) -> None:
     assert (tmp_path / "again.csv").read_text(encoding="utf-8") == text
 
 
+@pytest.mark.slow
 @follows("Labels")
 def test_labels(ltlc: Any) -> None:
     assert "lake" in names(ltlc("labellers", "--json"))
@@ -103,6 +107,7 @@ def test_labels(ltlc: Any) -> None:
     assert by_name["maximum_satisfaction"][1] == pytest.approx(14 / 17)
 
 
+@pytest.mark.slow
 @follows("environment")
 def test_environment(ltlc: Any) -> None:
     where = ("F end", "--env", "mine:Corridor-v0")

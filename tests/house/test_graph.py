@@ -61,6 +61,7 @@ def test_arrays_are_graphs_too() -> None:
     assert graph.predecessor_lists(delta) == [[1], [0], [1, 2]]
 
 
+@pytest.mark.slow
 def test_a_long_path_needs_no_recursion() -> None:
     n = 50_000
     component = graph.strong_components([[q + 1] for q in range(n)] + [[]])

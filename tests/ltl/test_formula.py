@@ -25,6 +25,7 @@ def test_formulas_are_immutable() -> None:
         Formula()
 
 
+@pytest.mark.slow
 def test_a_node_goes_with_its_last_reference() -> None:
     formula: Formula = Proposition("only_here")
     nodes = [formula, *(formula := Next(formula) for _ in range(5))]

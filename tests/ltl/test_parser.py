@@ -129,6 +129,7 @@ def test_formula_files() -> None:
 # --- against Lark's own loop ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_table_is_run_as_lark_runs_it() -> None:
     grammar = _grammar()
     lark = Lark.open_from_package("ltlc.grammars", "ltl.lark", parser="lalr", lexer="basic")

@@ -38,6 +38,7 @@ NAMES = [
 ]
 
 
+@pytest.mark.slow
 def test_parse_undoes_str() -> None:
     rng = random.Random(1)
     for _ in range(1500):

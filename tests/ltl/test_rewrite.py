@@ -62,6 +62,7 @@ def test_nnf_keeps_the_meaning_and_has_the_form() -> None:
         assert nnf(normal) is normal
 
 
+@pytest.mark.slow
 def test_simplify_keeps_the_meaning_and_is_idempotent() -> None:
     rng = random.Random(2)
     for _ in range(1500):

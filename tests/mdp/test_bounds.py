@@ -72,6 +72,7 @@ def test_bounds_are_narrow_where_policies_may_dawdle(side, chance, blocks):
     assert attained.upper - attained.lower < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("chance", "blocks"), [(0.6, False), (0.4, True), (0.2, True)])
 def test_large_processes_are_solved_in_parts(monkeypatch, chance, blocks):
     product = Product(scaled_world(30, chance, blocks=blocks), sequence("ABT", "C"))

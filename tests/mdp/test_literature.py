@@ -202,6 +202,7 @@ def test_shao_frozen_lake():
 GOALS = ["goal1", "goal2", "goal3", "goal4"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "n_goals", "bad", "stated", "until"),
     [

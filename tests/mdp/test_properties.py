@@ -208,6 +208,7 @@ def test_storm_agrees(seed, tmp_path):
         assert max_satisfaction_probability(Product(mdp, dra)).probability == pytest.approx(value, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_reachability_bounds_on_a_slow_walk():
     """A gambler's ruin of 100 states: plain value iteration would stop far too early."""
     n = 101

@@ -40,6 +40,7 @@ def test_storm_agrees() -> None:
         assert found.storm == pytest.approx(found.pmax, abs=1e-5), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["devious", "gate"])
 def test_what_the_default_agent_learns_is_optimal(name: str) -> None:
     found = suite.learn(TASKS[name], 0, TASKS[name].pmax, total_steps=60_000)
@@ -47,6 +48,7 @@ def test_what_the_default_agent_learns_is_optimal(name: str) -> None:
     assert found.steps >= 60_000
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     suite.main(["--exact", "theory", "gate", "--json", str(tmp_path / "suite.json")])
     lines = capsys.readouterr().out.splitlines()
@@ -58,6 +60,7 @@ def test_the_command_prints_and_writes_its_table(tmp_path: Path, capsys: pytest.
     assert "Did you mean gate" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_every_world_offers_every_action_and_is_used() -> None:
     used = {id(task.world) for task in TASKS.values()}
     assert len(used) == len(TASKS)

@@ -65,6 +65,7 @@ def test_collapse_keeps_one_state_per_residual(text: str, states: int) -> None:
     assert result.automaton.n_states == states
 
 
+@pytest.mark.slow
 def test_collapse_keeps_language_and_acceptance_and_never_grows() -> None:
     for automaton in random_automata(150):
         result = collapse(automaton)

@@ -60,6 +60,7 @@ def entries(tables: RewardTables) -> itertools.product[tuple[int, int]]:
     return itertools.product(range(tables.n_states), range(tables.n_classes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DISCOUNTED)
 def test_a_letter_for_ever_is_worth_what_a_long_simulation_earns(name: str) -> None:
     rng = random.Random(name)
@@ -114,6 +115,7 @@ def pays_for_ever(tables: RewardTables, q: int, c: int) -> bool:
             return paid and weight == 1
 
 
+@pytest.mark.slow
 def test_sums_without_a_value_are_found() -> None:
     rng = np.random.default_rng(1)
     found = {True: 0, False: 0}

@@ -100,12 +100,14 @@ def check_faithful(seed: int, candidates: tuple[Candidate, ...]) -> None:
             assert row.satisfaction >= report.maximum - 1e-3, (seed, str(formula), row)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", range(10))
 def test_optimal_policies_in_worlds_that_end_attain_the_maximum(block: int) -> None:
     for seed in range(20 * block, 20 * block + 20):
         check_faithful(seed, NEAR_THE_LIMIT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", range(5))
 def test_so_do_those_of_shaped_rewards(block: int) -> None:
     for seed in range(500 + 20 * block, 520 + 20 * block):
@@ -149,6 +151,7 @@ def by_hand(mdp: LabelledMDP) -> LabelledMDP:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("initial_label", ["read", "skip"])
 def test_the_last_letter_is_drawn_once(initial_label: Any) -> None:
     """Pmax and optimal returns are those of a process in which each final letter has a state of its own."""
@@ -317,6 +320,7 @@ def gambles(task: Task, n: int = 4) -> LTLVectorWrapper:
     return LTLVectorWrapper(SyncVectorEnv([Gamble] * n), task, observation="none")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("on_termination", "probability"), [("repeat", 0.9), ("cut", 0.5)])
 @pytest.mark.parametrize("formula", GOAL_OR_DOCK[:2])
 def test_the_table_learns_it(formula: str, on_termination: Any, probability: float) -> None:
@@ -327,6 +331,7 @@ def test_the_table_learns_it(formula: str, on_termination: Any, probability: flo
     assert judge.satisfaction(greedy_policy(agent)) == pytest.approx(probability)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("on_termination", "probability"), [("repeat", 0.9), ("cut", 0.5)])
 @pytest.mark.parametrize("double", [False, True])
 def test_q_learning_learns_it(double: bool, on_termination: Any, probability: float) -> None:
@@ -341,6 +346,7 @@ def test_q_learning_learns_it(double: bool, on_termination: Any, probability: fl
         assert seen[-1].row.value == pytest.approx(0.9, abs=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("config", [
     FuTopcuConfig(total_steps=40_000, accuracy=0.05), WangConfig(total_steps=40_000, accuracy=0.05),
     SadighConfig(total_steps=20_000),

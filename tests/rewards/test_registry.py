@@ -72,6 +72,7 @@ def test_names_are_taken_once_and_suggested() -> None:
         get_scheme("two-discont")
 
 
+@pytest.mark.slow
 def test_on_the_command_line(mine: Path) -> None:
     Path("world.py").write_text("def labels(state, info):\n    return {'goal'} if state == 15 else set()\n")
     command = [sys.executable, "-m", "ltlc", "solve", "F goal", "--env", "FrozenLake-v1", "--labels", "world:labels"]

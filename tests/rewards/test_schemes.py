@@ -86,6 +86,7 @@ def test_rewards_do_not_ask_where_an_automaton_came_from(name: str, tmp_path: Pa
                 assert np.array_equal(getattr(tables, field.name), getattr(again, field.name)), (formula, field.name)
 
 
+@pytest.mark.slow
 def test_translated_automata_have_no_fin_marks_where_their_pair_cannot_accept() -> None:
     """So the thesis' rewards do not depend on how a construction marks transient states."""
     rng = random.Random(2)
@@ -172,6 +173,7 @@ def test_one_pair_of_no_buchi_form_can_use_parity_rewards() -> None:
     assert get_scheme("parity").compile(fg).reward[0] == pytest.approx((-0.01, 0.0001))
 
 
+@pytest.mark.slow
 def test_buchi_and_parity_forms_keep_the_language() -> None:
     found = {"büchi": 0, "parity": 0, "neither": 0}
     for seed in range(250):

@@ -120,6 +120,7 @@ class TestCommands:
         assert len(lines) == 1
         assert lines[0].startswith("ltlc: warning: ")
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("options", "reward"), [
         ([], RECOMMENDED),
         (["--config", "thesis"], "thesis"),
@@ -130,6 +131,7 @@ class TestCommands:
         assert run(["train", *where, *options, "--out", "run"]) == 0
         assert RunFolder.open("run").config.reward == reward
 
+    @pytest.mark.slow
     def test_an_older_run_keeps_its_rewards(self) -> None:
         run(["train", "F A", "-e", "ltlc/Thesis5x5-v0", "--steps", "100", "-q", "--reward", "thesis", "--out", "run"])
         with pytest.warns(RewardWarning, match="'thesis'"):

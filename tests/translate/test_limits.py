@@ -41,6 +41,7 @@ def build(text: str, translator: str, acceptance: AcceptanceKind, **limits: floa
         return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
 def test_the_limit_on_states_holds_at_every_place(translator: str, acceptance: AcceptanceKind) -> None:
@@ -58,6 +59,7 @@ def test_the_limit_on_states_holds_at_every_place(translator: str, acceptance: A
     assert translator == "obligation" or (n_raised and n_built)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])
 def test_the_limit_on_time_ends_the_same_way_at_every_place(monkeypatch: pytest.MonkeyPatch, translator: str) -> None:
     """On a clock that ticks whenever it is asked; an error that gets lost would be another one, or none."""
@@ -83,6 +85,7 @@ def test_the_limit_on_time_ends_the_same_way_at_every_place(monkeypatch: pytest.
             assert next(clock) * TICK < 1.06 * limit * TICK + 0.5 + 20 * TICK
 
 
+@pytest.mark.slow
 def test_the_best_effort_keeps_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pysat")
     clock = count()

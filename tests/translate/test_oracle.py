@@ -73,6 +73,7 @@ def words(formula: Formula, names: Sequence[str]) -> Iterator[LassoWord]:
     return (random_word(rng, names) for _ in range(WORDS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_output_form_agrees_with_the_oracle(kind: str) -> None:
     pairs = 0
@@ -86,6 +87,7 @@ def test_every_output_form_agrees_with_the_oracle(kind: str) -> None:
     assert pairs * len(KINDS) >= 20_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_output_forms_are_equivalent(kind: str) -> None:
     for formula in formulas(kind):
@@ -95,6 +97,7 @@ def test_all_output_forms_are_equivalent(kind: str) -> None:
             assert same, f"{first} and {name}: {formula} on {counterexample(reference, automaton)}"
 
 
+@pytest.mark.slow
 def test_no_construction_is_always_left_out() -> None:
     """The limit on states leaves most formulas to each construction, and most of its results are equal to others."""
     applied = dict.fromkeys(TRANSLATORS, 0)

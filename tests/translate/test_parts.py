@@ -42,6 +42,7 @@ def assert_complete(automaton: EmersonLei, letters: int) -> None:
 # -- tableau and Safra trees ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_tableau_accepts_the_models() -> None:
     for rng, formula, closure in random_closures(6, 120):
         automaton = tableau(closure, closure.root, unlimited(formula))
@@ -124,6 +125,7 @@ def test_components_without_reduction(level: str) -> None:
             assert accepts(automaton, *letters_of(closure, word)) == satisfies(formula, word), f"{formula} on {word}"
 
 
+@pytest.mark.slow
 def test_products_without_reduction() -> None:
     for rng, formula, closure in random_closures(8, 120):
         budget = unlimited(formula)
@@ -156,6 +158,7 @@ def test_decided_components_leave_the_skeleton() -> None:
 # -- weak automata ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_weak_automata_become_as_small_as_their_language_allows() -> None:
     for rng, formula, closure in random_closures(12, 400):
         if not closure.is_obligation(closure.root):

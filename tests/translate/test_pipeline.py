@@ -82,6 +82,7 @@ def digest(text: str) -> str:
     return summary.hexdigest()
 
 
+@pytest.mark.slow
 def test_the_same_bytes_on_every_run() -> None:
     """Under any hash seed, and whatever was translated before in the same process."""
     program = (
@@ -205,6 +206,7 @@ def test_many_propositions(acceptance: AcceptanceKind) -> None:
     assert (some.n_states, some.n_classes) == (2, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
 def test_families_at_the_size_that_is_promised(acceptance: AcceptanceKind) -> None:
     reach = build(" & ".join(f"F a{i}" for i in range(1, 9)), acceptance)
@@ -291,6 +293,7 @@ def test_components_answer_the_same_when_they_are_asked_again() -> None:
     assert equivalent(automaton, translate(formula, Options(acceptance="transition", translator="safra")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
 def test_what_is_found_is_kept_when_the_time_is_over(
     monkeypatch: pytest.MonkeyPatch, acceptance: AcceptanceKind

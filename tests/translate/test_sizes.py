@@ -55,6 +55,7 @@ def changes(old: dict[str, Row], new: dict[str, Row]) -> Iterator[tuple[bool, st
                 yield larger, f"{text}: {column} has {now} states, recorded {before}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", families())
 def test_sizes(family: str) -> None:
     golden: dict[str, Row] = json.loads(GOLDEN.read_text(encoding="utf-8")).get(family, {})

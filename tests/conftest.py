@@ -1,0 +1,19 @@
+"""What `make test-fast` leaves out, besides the tests that are marked."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+FAST_CASES = 2
+"""of each test with parameters; the others count as slow."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    cases: Counter[str] = Counter()
+    for item in items:
+        test = item.nodeid.partition("[")[0]
+        cases[test] += 1
+        if cases[test] > FAST_CASES:
+            item.add_marker(pytest.mark.slow)
