@@ -123,7 +123,7 @@ class LTLVectorWrapper(_VectorWrapper):
         self._state = np.full(n, tables.initial_state, dtype=np.int64)
         self._finished = np.zeros(n, dtype=np.bool_)
         self._any_finished = False
-        self._restart_late = np.zeros(n, dtype=np.bool_)
+        self._restart_late: BoolArray | None = None
         self._everywhere = np.ones(n, dtype=np.bool_)
         self._success = Success(self.task.automaton, initial_label == "skip") if success_key else None
 
@@ -155,7 +155,9 @@ class LTLVectorWrapper(_VectorWrapper):
         ltl = self._begin(self.labeller.of(observations, infos, mask), mask)
         self._finished = self._finished & ~mask
         self._any_finished = bool(self._finished.any())
-        self._restart_late &= ~mask
+        if self._restart_late is not None:
+            late = self._restart_late & ~mask
+            self._restart_late = late if late.any() else None
         ltl["valid"] = ~mask
         self._tell(infos, ltl, mask)
         return self.observer.batch(observations, self._state.copy()), infos
@@ -178,16 +180,15 @@ class LTLVectorWrapper(_VectorWrapper):
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
             return self._finish_same_step(observations, base_rewards, terminated, truncated, infos)
         begun = self._finished if self._any_finished else None
-        if self._restart_late.any():
-            observations, terminated, truncated = self._restart(
-                observations, base_rewards, terminated, truncated, infos
-            )
+        if self._restart_late is not None:
+            late, self._restart_late = self._restart_late, None
+            terminated, truncated = terminated & ~late, truncated & ~late
+            observations = self._restart(late, base_rewards, infos)
         letters = self.labeller.of(observations, infos)
         base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun, terminated)
         if stops is not None:
-            inner = terminated | truncated
-            self._schedule(stops & ~inner)
+            self._schedule(stops & ~(terminated | truncated))
             terminated = terminated | stops
         self._finished = terminated | truncated
         self._any_finished = bool(self._finished.any())
@@ -283,21 +284,12 @@ class LTLVectorWrapper(_VectorWrapper):
         else:
             base.begin_episode(mask)  # type: ignore[attr-defined]
 
-    def _restart(
-        self,
-        observations: Any,
-        base_rewards: FloatArray,
-        terminated: BoolArray,
-        truncated: BoolArray,
-        infos: dict[str, Any],
-    ) -> tuple[Any, BoolArray, BoolArray]:
-        """Reset sub-environments in processes of their own, which have just made one step too many."""
-        late = self._restart_late
+    def _restart(self, late: BoolArray, base_rewards: FloatArray, infos: dict[str, Any]) -> Any:
+        """Reset sub-environments in processes of their own, which have just made one step too many: observations."""
         observations, new_infos = self.env.reset(options={"reset_mask": late.copy()})
         merge(infos, new_infos, late)
         base_rewards[late] = 0
-        self._restart_late = np.zeros_like(late)
-        return observations, terminated & ~late, truncated & ~late
+        return observations
 
     def _finish_same_step(
         self,

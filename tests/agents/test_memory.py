@@ -102,6 +102,7 @@ def test_too_much_is_refused_before_anything_is_written(
     assert run(["train", *PONG, "--steps", "40", "--out", "here", *TINY, "-q"]) == 0
 
 
+@pytest.mark.slow
 def test_in_python_likewise() -> None:
     config = DQNConfig(hidden=(2,), batch_size=2, total_steps=30, max_memory=0.0004)
     with pytest.raises(MemoryLimitExceeded, match=r"the replay of 32 steps of 12 kB each would take 385 kB"):

@@ -20,6 +20,7 @@ def grid() -> LTLVectorWrapper:
     return LTLVectorWrapper(VectorGridWorld(MAP, 4, slip=0.05, max_episode_steps=200), TASK, observation="none")
 
 
+@pytest.mark.slow
 def test_rollouts_agree_with_the_exact_judge() -> None:
     agent = train(grid(), FittedQConfig(total_steps=20_000)).agent
     seen = rollout(agent, grid(), 400, seed=3, confidence=0.999)

@@ -157,6 +157,7 @@ SPACES: dict[str, spaces.Space[Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SPACES)
 def test_every_kind_is_trained_saved_and_acts_the_same(kind: str, tmp_path: Path) -> None:
     def env() -> LTLVectorWrapper:

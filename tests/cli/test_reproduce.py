@@ -26,6 +26,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_case_1(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reproduce, "QUICK", 500)
     assert run(["reproduce", "case1", "--static", "--quick"]) == 0
@@ -39,6 +40,7 @@ def test_case_1(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPa
     }
 
 
+@pytest.mark.slow
 def test_run_time_comparison(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runtime, "CASES", [("10x10", "phi_3"), ("5x5", "phi_4")])
     monkeypatch.setattr(runtime, "SYSTEMS", ("sadigh", "fu-topcu"))
@@ -53,6 +55,7 @@ def test_run_time_comparison(capsys: pytest.CaptureFixture[str], monkeypatch: py
     assert all(row["runs"] == 2 and row["reached"] < 2 for row in rows[:2])
 
 
+@pytest.mark.slow
 def test_case_2(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reproduce, "QUICK", 3000)
     assert run(["reproduce", "case2", "--dynamic", "--quick", "--out", "there", "--json"]) == 0

@@ -269,6 +269,7 @@ def test_damaged_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 class TestSolve:
+    @pytest.mark.slow
     def test_frozen_lake(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["solve", *LAKE, "--json", "-o", "policy.png"]) == 0
         answer = json.loads(capsys.readouterr().out)

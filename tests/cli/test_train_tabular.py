@@ -53,6 +53,7 @@ def process(*arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("agent", ["q-learning", "double-q-learning", "fu-topcu", "sadigh", "wang"])
 def test_a_run_and_its_folder(agent: str, capsys: pytest.CaptureFixture[str]) -> None:
     coarse = ["--hyper", "accuracy=0.2"] if agent in ("fu-topcu", "wang") else []
@@ -76,6 +77,7 @@ def test_a_run_and_its_folder(agent: str, capsys: pytest.CaptureFixture[str]) ->
     assert (place / "policy.ltlc").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_ctrl_c_and_resume_give_the_same_as_no_interruption() -> None:
     options = ("--agent", "q-learning", "--hyper", "log_every=250", "--num-envs", "2", "--steps", "10000")
     running = process("train", "F A", *SMALL_WORLD, *options, "--out", "cut")
@@ -97,6 +99,7 @@ def test_ctrl_c_and_resume_give_the_same_as_no_interruption() -> None:
         assert Path("cut", name).read_bytes() == Path("whole", name).read_bytes()
 
 
+@pytest.mark.slow
 def test_damaged_folders_are_named(capsys: pytest.CaptureFixture[str]) -> None:
     train = ["train", "F A", *SMALL_WORLD, "--agent", "q-learning", "--steps", "2000", "--out", "done", "--quiet"]
     assert run(train) == 0
@@ -131,6 +134,7 @@ def test_unknown_dynamics_are_sampled(capsys: pytest.CaptureFixture[str]) -> Non
     assert not Path("coins/curve.png").exists()
 
 
+@pytest.mark.slow
 def test_the_label_of_the_first_observation_can_be_skipped(capsys: pytest.CaptureFixture[str]) -> None:
     start = ["--env", "ltlc/Grid-v0", "--hyper", "accuracy=0.2", "--json", "--agent", "fu-topcu"]
     for reading, formula in (("read", "!goal & F goal"), ("skip", "X F goal")):

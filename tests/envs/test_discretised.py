@@ -86,6 +86,7 @@ def test_the_message_has_a_line_to_copy() -> None:
     assert train(env, DQNConfig(total_steps=20)).agent.n_actions == 25
 
 
+@pytest.mark.slow
 def test_the_command_line_says_and_does_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     pytest.importorskip("torch")
     from ltlc.cli.app import run

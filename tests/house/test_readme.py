@@ -81,7 +81,7 @@ def test_automaton_block(document: str, body: str) -> None:
 
 def test_no_block_goes_untested() -> None:
     languages = {language for document in DOCUMENTS for language, _ in BLOCK.findall(document.read_text("utf-8"))}
-    assert languages <= {"sh", "pycon", "json", "python"}  # python: tests/house/test_contributing.py
+    assert languages <= {"sh", "pycon", "json", "python", "text"}  # python: tests/house/test_contributing.py
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
