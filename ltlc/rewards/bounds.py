@@ -26,12 +26,13 @@ class ValueBounds:
 
     Rounding aside they are attained by some word where no pairs can be chosen between; infinite where a word could pay
     without end.
+
+    Attributes:
+        least, largest: shape (n_states,), float64.
     """
 
     least: FloatArray
-    """shape (n_states,), float64."""
     largest: FloatArray
-    """shape (n_states,), float64."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,8 @@ import random
 from collections.abc import Iterator
 from functools import reduce as fold
 
+import pytest
+
 from ltlc.automata.acceptance import (
     ALWAYS,
     NEVER,
@@ -35,6 +37,7 @@ def random_condition(rng: random.Random, n_marks: int, n_promises: int = 0) -> A
     return tuple(Clause(some(), some(), tuple(promises())) for _ in range(rng.randint(0, 4)))
 
 
+@pytest.mark.slow
 def test_conditions_by_truth_table() -> None:
     rng = random.Random(9)
     n_marks = 4

@@ -124,6 +124,7 @@ def test_no_policy(capsys: pytest.CaptureFixture[str]) -> None:
     assert "holds no policy" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_unknown_dynamics_are_sampled(capsys: pytest.CaptureFixture[str]) -> None:
     hidden = ["--env", "hidden:Hidden-v0", "--labels", "hidden:labels", "--hyper", "accuracy=0.1"]
     Path("hidden.py").write_text(textwrap.dedent(HIDDEN))

@@ -65,6 +65,7 @@ def test_claims_that_fail(text: str, message: str) -> None:
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_lost_line_is_noticed_or_changes_nothing() -> None:
     for automaton in random_automata(30, max_states=4):
         lines = to_hoa(automaton).splitlines(keepends=True)

@@ -16,6 +16,7 @@ from ltlc.formats import from_hoa, to_hoa
 from ltlc.formats.hoa_parser import HoaSyntaxError, _parser, parse_body, parse_label
 
 
+@pytest.mark.slow
 def test_bodies_are_read_as_the_grammar_says() -> None:
     rng = random.Random(7)
     words = [
@@ -54,6 +55,7 @@ def test_bodies_are_read_as_the_grammar_says() -> None:
             assert fits, text
 
 
+@pytest.mark.slow
 def test_labels_are_read_as_the_grammar_says() -> None:
     rng = random.Random(8)
     words = ["0", "1", "12", "@a", "t", "f", "!", "&", "|", "(", ")", "a", " "]

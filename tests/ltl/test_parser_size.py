@@ -64,6 +64,7 @@ def test_copies_are_the_same_object(transfer: Callable[[Formula], Formula]) -> N
         assert transfer(formula) is formula
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="memory is read from /proc")
 @pytest.mark.parametrize(
     "text", ["'F' * 10**6 + 'a'", "'!' * 10**6 + 'a'", "'\"' + 'a' * 10**6 + '\"'", "'(' * 10**6 + 'a' + ')' * 10**6"]

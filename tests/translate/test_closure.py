@@ -38,6 +38,7 @@ def test_what_remains_after_a_letter() -> None:
             assert satisfies(formula, longer) == satisfies(formula_of_obligation(closure, remaining), word)
 
 
+@pytest.mark.slow
 def test_obligations_are_equivalent_to_their_nodes() -> None:
     for rng, formula, closure in random_closures(2, 150):
         closure.register(closure.root)
@@ -49,6 +50,7 @@ def test_obligations_are_equivalent_to_their_nodes() -> None:
                 assert satisfies(obligation, word) == truth, f"{formula}: node {closure.nodes[node]}"
 
 
+@pytest.mark.slow
 def test_syntactic_implication_is_sound_and_transitively_closed() -> None:
     found = 0
     for rng, formula, closure in random_closures(3, 120, size=14):
@@ -144,6 +146,7 @@ def test_constants_are_folded() -> None:
         assert make(kind, left, right) == expected, (kind, left, right)
 
 
+@pytest.mark.slow
 def test_folding_and_negation_keep_the_meaning() -> None:
     for rng, _, closure in random_closures(4, 150):
         rebuilt: dict[int, int] = {}
@@ -157,6 +160,7 @@ def test_folding_and_negation_keep_the_meaning() -> None:
             assert satisfies(formula_of_node(closure, closure.negation(closure.root)), word) != truth
 
 
+@pytest.mark.slow
 def test_normal_form_is_equivalent_and_low() -> None:
     rewritten = 0
     for rng, formula, closure in random_closures(5, 300):
