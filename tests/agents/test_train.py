@@ -383,7 +383,7 @@ def test_metrics_are_plain_csv(short_run: Path) -> None:
     text = (short_run / "metrics.csv").read_text().splitlines()
     assert text[0] == (
         "steps,updates,episodes,episode_return,episode_length,violations,acceptances,loss,epsilon,learning_rate,"
-        "value,product_states,satisfaction,discounted_return"
+        "value,product_states,accepting_components,satisfaction,discounted_return"
     )
     assert len(text) == 3
     row = rows(short_run)[-1]

@@ -67,7 +67,7 @@ def policy(folder: Path) -> Path:
         ("observation_space.kind", "Cube", "observation_space.kind is 'Cube', which is no kind of space"),
         ("observation_space.low", torch.ones(2) * 5, "observation_space has a lower bound above the upper one"),
         ("observation_space.dtype", "O", "observation_space.dtype is 'O', not one of"),
-        ("observation_space", {"kind": "Discrete", "n": 10**12, "start": 0}, "policy_network has fewer weights"),
+        ("observation_space", {"kind": "Discrete", "n": 10**12, "start": 0}, "policy_network has 30 weights; the"),
         ("policy_network.layers.0.weight", torch.zeros(3, 2).fill_(float("nan")), "has a number that is not finite"),
         ("policy_network.layers.0.weight", torch.zeros(2, 3), r"layers.0.weight has the shape \(2, 3\), not \(3, 2\)"),
         ("policy_network.layers.0.weight", torch.zeros(1).expand(10**9, 4), "is much larger than the file"),
