@@ -75,11 +75,11 @@ def labeller_for(labels: LabelSource, aps: tuple[str, ...], env: Any, extra_labe
             the environment if it has one.
         aps: the propositions of the automaton.
         env: the environment.
-        extra_labels: whether a label that the formula does not mention is an error or ignored. Labels that an
-            environment declares itself are no error: they are there for other formulas too.
+        extra_labels: whether a name that the formula does not mention is an error or ignored. Where the names are
+            declared, or stand all in a dict, such names are no error: they are there for other formulas too.
 
     Raises:
-        UnknownNameError: a proposition that no label produces, or the reverse; suggests the nearest names.
+        UnknownNameError: a proposition that no label produces; suggests the nearest names.
         InvalidArgumentError: `labels` is nothing of that kind, or the automaton lacks the proposition "hold".
     """
     if labels is None:
@@ -248,7 +248,7 @@ def _letters_of_env(aps: tuple[str, ...], env: Any, extra_labels: ExtraLabels) -
         raise InvalidArgumentError(
             f"this environment holds the automaton when a label is missed: make the task with hold={HOLD!r}"
         )
-    return Letters(aps, vocabulary, "ignore")
+    return Letters(aps, vocabulary, extra_labels)
 
 
 def _declared_by(env: Any) -> tuple[str, ...] | None:

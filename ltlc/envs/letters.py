@@ -6,7 +6,7 @@ From a vector environment labels come batched: as an array of bitmasks or of eve
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, SupportsIndex
 
 import numpy as np
@@ -31,14 +31,15 @@ class Letters:
 
     Args:
         aps: the propositions.
-        vocabulary: the names that labels are made of, if they are declared.
-        extra_labels: whether a label that the formula does not mention is an error or ignored.
+        vocabulary: the names that labels are made of, if they are declared; then some may go unused.
+        extra_labels: whether a name that the formula does not mention is an error or ignored, in a label whose
+            vocabulary nobody knows. A dict states its own: further names in it are fine if all propositions are there.
 
     Attributes:
         known: letters of hashable labels seen before.
 
     Raises:
-        UnknownNameError: a proposition that no label produces, or the reverse; suggests the nearest names.
+        UnknownNameError: a proposition that no label produces; suggests the nearest names.
     """
 
     def __init__(self, aps: tuple[str, ...], vocabulary: tuple[str, ...] | None, extra_labels: ExtraLabels) -> None:
@@ -47,14 +48,9 @@ class Letters:
         self.extra_labels = extra_labels
         self.known: dict[Any, int] = {}
         self._bit = {name: 1 << i for i, name in enumerate(aps)}
-        self._permitted: dict[str, int] = {}
         self._remap: IntArray | None = None
         if vocabulary is not None:
-            for name in aps:
-                if name not in vocabulary:
-                    raise UnknownNameError("proposition in the formula (no label produces it):", name, vocabulary)
-            for name in vocabulary:
-                self._name_bit(name)
+            self._check_all_produced(vocabulary)
 
     def of(self, label: Any) -> int:
         """The letter of a single label.
@@ -77,19 +73,22 @@ class Letters:
             return int(self._of_array(label[None], 1)[0])
         if isinstance(label, int | np.integer) and not isinstance(label, bool):
             return int(self._of_array(np.array([label]), 1)[0])
-        letter = self._of_dict(names_of(label))
+        letter = 0
+        for name in names_of(label):
+            letter |= self._name_bit(name)
         if isinstance(label, frozenset | str | tuple) and len(self.known) < _REMEMBERED:
             self.known[label] = letter
         return letter
 
     def _of_dict(self, label: Mapping[str, Any]) -> int:
-        letter = 0
+        letter, further = 0, False
         for name, holds in label.items():
-            bit = self._permitted.get(name)
-            if bit is None:  # also where it does not hold: a misspelt name never would
-                bit = self._permitted[name] = self._name_bit(name)
+            bit = self._bit.get(name, 0)
+            further |= not bit
             if holds is True or (holds is not False and truth(name, holds)):
                 letter |= bit
+        if further:
+            self._check_further(label)
         return letter
 
     def of_batch(self, label: Any, n: int) -> IntArray:
@@ -109,24 +108,40 @@ class Letters:
                 return np.fromiter(map(self.of, each), dtype=np.int64, count=n)
         raise InvalidArgumentError(f"labels of {n} sub-environments are {label!r}; {_BATCHED}")
 
+    def _check_all_produced(self, names: Collection[str]) -> None:
+        for name in self.aps:
+            if name not in names:
+                raise UnknownNameError("proposition in the formula (no label produces it):", name, names)
+
+    def _check_further(self, names: Collection[str]) -> None:
+        """Check the names of a dict of which some are not the formula's."""
+        if self.vocabulary is not None:
+            for name in names:
+                self._name_bit(name)
+        elif self.extra_labels == "error":  # a misspelt name never would hold
+            self._check_all_produced(names)
+
     def _name_bit(self, name: str) -> int:
-        """Bit of a name, 0 if it is not the formula's and that is allowed."""
+        """Bit of a name that holds, 0 if it is not the formula's and that is allowed."""
         if self.vocabulary is not None and name not in self.vocabulary:
             raise UnknownNameError("label (not among the declared ones)", name, self.vocabulary)
         bit = self._bit.get(name)
-        if bit is not None:
-            return bit
-        if self.extra_labels == "error":
-            kind = 'label (the formula does not mention it; extra_labels="ignore" permits it):'
+        if bit is None and self.vocabulary is None and self.extra_labels == "error":
+            kind = (
+                "label (the formula does not mention it; permitted where the function declares all its names, "
+                'f.propositions = (...), or returns a dict of all, or by extra_labels="ignore"):'
+            )
             raise UnknownNameError(kind, name, self.aps)
-        return 0
+        return bit or 0
 
     def _of_columns(self, label: Mapping[str, Any], n: int) -> IntArray:
+        # Gymnasium's masks of the sub-environments that have an entry are no names.
+        names = [name for name in label if not (name.startswith("_") and name[1:] in label)]
+        if any(name not in self._bit for name in names):
+            self._check_further(names)
         letters = np.zeros(n, dtype=np.int64)
-        for name, column in label.items():
-            if name.startswith("_") and name[1:] in label:
-                continue  # Gymnasium's mask of the sub-environments that have the entry
-            holds = np.asarray(column)
+        for name in names:
+            holds = np.asarray(label[name])
             if holds.dtype == object:
                 holds = np.array([truth(name, value) if value is not None else False for value in holds], dtype=bool)
             if holds.shape != (n,) or holds.dtype != np.bool_:
@@ -134,7 +149,7 @@ class Letters:
                     f"the label {name!r} of {n} sub-environments has shape {holds.shape} and type {holds.dtype}; "
                     f"it must be a boolean array of shape ({n},)"
                 )
-            letters |= np.where(holds, self._name_bit(name), 0)
+            letters |= np.where(holds, self._bit.get(name, 0), 0)
         return letters
 
     def _of_array(self, label: npt.NDArray[Any], n: int) -> IntArray:

@@ -135,7 +135,7 @@ class EnvSpec:
         """Many environments with the task around them.
 
         Raises:
-            UnknownNameError: the formula speaks of something that no label produces, or the reverse.
+            UnknownNameError: the formula speaks of something that no label produces.
             InvalidArgumentError: the environment, its arguments and labels do not go together.
         """
         if num_envs < 1:
@@ -195,8 +195,7 @@ class _Labelled(gym.Wrapper[Any, Any, Any, Any]):
 
     def __init__(self, env: gym.Env[Any, Any], source: LabelSource, aps: tuple[str, ...]) -> None:
         super().__init__(env)
-        declared = isinstance(source, Mapping) or hasattr(source, "propositions")
-        self.labeller = labeller_for(source, aps, env, "ignore" if declared else "error")
+        self.labeller = labeller_for(source, aps, env)
         self.propositions = aps
 
     @classmethod

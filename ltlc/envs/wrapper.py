@@ -73,7 +73,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         reward: what becomes of the environment's own reward: it is replaced (`replace`), the task's is added to it
             (`add`), or it is put into the info (`info`).
         initial_label: whether the label of the first observation is read (`read`) or not (`skip`, as the thesis does).
-        extra_labels: whether labels that the formula does not mention are an error or ignored.
+        extra_labels: whether labels that the formula does not mention are an error or ignored; no error are those
+            that the function or the environment declares, or that a dict has besides all those of the formula.
         warn_discount: whether to warn, at the first reset, where the discount of the rewards is not the same at every
             step: say False where the agent weighs what follows a step by `info["ltl"]["discount"]`.
         success_key: whether infos have an entry `is_success`, as Stable-Baselines3 reads it: whether the word so far,

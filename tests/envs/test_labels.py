@@ -279,6 +279,48 @@ def test_infos_in_which_some_labels_are_missing() -> None:
         env.step(np.array([0, 1]))
 
 
+def test_one_dict_of_labels_serves_several_formulas() -> None:
+    """Of labels that state all their names some may go unused; one that lacks a proposition is misspelt."""
+
+    def whole(observation: Any) -> dict[str, bool]:
+        return {"a": bool(observation > 4), "b": bool(observation % 2), "c": True}
+
+    def batch(observations: Any) -> dict[str, Any]:
+        return {"a": observations > 4, "b": observations % 2 == 1, "c": observations >= 0}
+
+    def named(observation: Any) -> set[str]:
+        return {name for name, holds in whole(observation).items() if holds}
+
+    named.propositions = ("a", "b", "c")
+    for formula in ("F a", "F b & G c", "F(a & F(b & F c))"):
+        task = Task(formula, "eventual")
+        envs = [
+            LTLVectorWrapper(SyncVectorEnv([RandomEnv] * N), task, **labels)
+            for labels in ({"labels": whole}, {"labels": named}, {"batch_labels": batch})
+        ]
+        for env in envs:
+            env.reset(seed=3)
+        for _ in range(10):
+            labels = [env.step(np.zeros(N, dtype=np.int64))[4]["ltl"]["label"].tolist() for env in envs]
+            assert labels[0] == labels[1] == labels[2]
+    for labels in ({"labels": whole}, {"batch_labels": batch}):
+        with pytest.raises(InvalidArgumentError, match=r"no label produces it.*'bb'. Did you mean b"):
+            LTLVectorWrapper(SyncVectorEnv([RandomEnv] * N), "F a & G !bb", **labels).reset(seed=3)
+    with pytest.raises(InvalidArgumentError, match=r"f.propositions = .*'a'"):
+        LTLWrapper(RandomEnv(), "F b", lambda o: {"a"}).reset(seed=3)
+
+
+def test_labels_in_infos_that_are_dicts_serve_several_formulas() -> None:
+    class Labelled(RandomEnv):
+        def reset(self, **arguments: Any) -> Any:
+            return super().reset(**arguments)[0], {"labels": {"a": True, "b": False}}
+
+    for wrapped in (LTLWrapper(Labelled(), "F a"), LTLVectorWrapper(SyncVectorEnv([Labelled] * N), "F a")):
+        assert np.all(wrapped.reset(seed=0)[1]["ltl"]["label"] == 1)
+    with pytest.raises(InvalidArgumentError, match=r"no label produces it.*'c'"):
+        LTLVectorWrapper(SyncVectorEnv([Labelled] * N), "F a & F c").reset(seed=0)
+
+
 def test_negative_bitmasks_are_no_letters() -> None:
     for names in (("a", "b"), ("b", "a")):
         env = LTLWrapper(RandomEnv(), "F a & F b", LabelFunction(lambda o: -1, names))

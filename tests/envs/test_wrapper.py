@@ -256,7 +256,8 @@ WRONG_LABELS: list[tuple[Any, str]] = [
     (lambda o, i: np.array([0.5, np.nan]), "labels are NaN"),
     (lambda o, i: {"aa"}, "formula does not mention it.*'aa'. Did you mean a"),
     (lambda o, i: "a, bb", "formula does not mention it.*'bb'. Did you mean b"),
-    (lambda o, i: {"bb": False}, "formula does not mention it.*'bb'. Did you mean b"),
+    (lambda o, i: {"bb": False, "a": True}, "proposition in the formula .*no label produces it.*'b'. Did you mean bb"),
+    (LabelFunction(lambda o, i: {"a": True, "c": True}, ("a", "b")), "not among the declared ones.* 'c'. Known: a, b"),
     (LabelFunction(lambda o, i: {"c"}, ("a", "b")), "not among the declared ones.* 'c'. Known: a, b"),
     (LabelFunction(lambda o, i: 7, ("b", "a")), "a bitmask label is outside 0..3"),
     (LabelFunction(lambda o, i: np.ones(3, dtype=bool), ("a", "b")), r"boolean labels have shape \(1, 3\)"),
@@ -282,6 +283,10 @@ def test_wrong_labels_are_explained(labels: Any, message: str) -> None:
     (LabelFunction(lambda o, i: 1, ("b", "a")), 2),
     (LabelFunction(lambda o, i: np.array([False, True]), ("b", "a")), 1),
     (LabelFunction(lambda o, i: {"b"}, ("a", "b")), 2),
+    (LabelFunction(lambda o, i: {"b", "c"}, ("a", "b", "c")), 2),
+    (LabelFunction(lambda o, i: {"b": True, "c": True}, ("a", "b", "c")), 2),
+    (lambda o, i: {"a": False, "b": True, "c": True}, 2),
+    (lambda o, i: {"b": True}, 2),
 ])  # fmt: skip
 def test_labels_come_in_many_shapes(labels: Any, letter: int) -> None:
     env = LTLWrapper(RandomEnv(), Task("F a & G F b"), labels)
@@ -292,9 +297,9 @@ def test_names_are_compared_at_construction() -> None:
     with pytest.raises(UnknownNameError, match=r"no label produces it.*'gaol'. Did you mean goal"):
         LTLWrapper(gym.make("ltlc/Grid-v0"), Task("F gaol"))
     always = {"goal": lambda o: True, "wal": lambda o: False}
-    with pytest.raises(UnknownNameError, match=r"formula does not mention it.*'wal'"):
-        LTLWrapper(RandomEnv(), Task("F goal"), always)
-    LTLWrapper(RandomEnv(), Task("F goal"), always, extra_labels="ignore")
+    with pytest.raises(UnknownNameError, match=r"no label produces it.*'wall'. Did you mean wal"):
+        LTLWrapper(RandomEnv(), Task("F goal & G !wall"), always)
+    LTLWrapper(RandomEnv(), Task("F goal"), always)  # they serve other formulas, too
     LTLWrapper(thesis_world(), Task("F A"))  # what an environment declares itself may go unused
     with pytest.raises(UnknownNameError, match="Did you mean goal"):
         LTLWrapper(RandomEnv(), Task("F gol"), LabelFunction(lambda o, i: set(), ("goal",)))
