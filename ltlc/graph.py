@@ -107,6 +107,41 @@ def strong_components(graph: Graph) -> list[int]:
     return [found - 1 - c for c in component]
 
 
+def strong_sets(successors: Sequence[int], nodes: int) -> list[int]:
+    """The non-trivial strong components of some nodes, in the order of `strong_components`; sets are bit masks.
+
+    References:
+        H. N. Gabow, Path-based depth-first search for strong and biconnected components, Information Processing
+        Letters 74, 2000, doi 10.1016/S0020-0190(00)00051-X.
+    """
+    found: list[int] = []
+    unseen, on_path = nodes, 0
+    path: list[int] = []
+    parts: list[int] = []  # of the nodes on the path and those behind it, a strongly connected set each
+    while unseen or path:
+        following = unseen
+        if path:
+            targets = successors[path[-1]]
+            while targets & on_path & ~parts[-1]:
+                part = parts.pop()
+                parts[-1] |= part
+            following &= targets
+        if following:
+            low = following & -following
+            unseen ^= low
+            on_path |= low
+            path.append(low.bit_length() - 1)
+            parts.append(low)
+            continue
+        node = path.pop()
+        if not path or not parts[-1] >> path[-1] & 1:
+            part = parts.pop()
+            on_path ^= part
+            if part & part - 1 or successors[node] & part:
+                found.append(part)
+    return found[::-1]
+
+
 def component_members(component: Sequence[int]) -> list[list[int]]:
     """The nodes of each strong component, in increasing order."""
     members: list[list[int]] = [[] for _ in range(max(component, default=-1) + 1)]

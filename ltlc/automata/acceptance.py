@@ -86,11 +86,12 @@ def only_first(n_first: int, n_second: int) -> Acceptance:
     return tuple(rejected._replace(fin=pair.fin, inf=pair.inf) for pair in rabin(n_first))
 
 
-def exactly_one(n_first: int, n_second: int) -> Acceptance:
-    """One of two Rabin automata accepts and the other does not; marks as in `only_first`."""
+def exactly_one(n_first: int, n_second: int, required: int = 0) -> Acceptance:
+    """One of two Rabin automata accepts, the other does not, `required` marks are taken; marks as in `only_first`."""
     rejected = streett(n_first)
     second = [rabin_pair(i, 2 * n_first) for i in range(n_second)]
-    return (*only_first(n_first, n_second), *(rejected._replace(fin=pair.fin, inf=pair.inf) for pair in second))
+    found = (*only_first(n_first, n_second), *(rejected._replace(fin=pair.fin, inf=pair.inf) for pair in second))
+    return tuple(clause._replace(inf=clause.inf | required) for clause in found)
 
 
 def simplify(clauses: Iterable[Clause], limit: int | None = None) -> Acceptance:

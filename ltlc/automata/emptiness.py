@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, Clause
@@ -17,6 +17,11 @@ from ltlc.budget import check_time
 MarkedGraph = Sequence[Sequence[tuple[int, int]]]
 MarkedEdge = tuple[int, int, int]
 """source, target, marks."""
+Nodes = TypeVar("Nodes")
+_StrongParts = Callable[[Nodes, int], Iterable[tuple[Nodes, int]]]
+"""The non-trivial strong components of a set of nodes without the edges with some marks; with the marks inside."""
+_MAX_MASK = 1024
+"""Sets of up to so many nodes are bit masks, which is twice as fast; more would take memory in their square."""
 
 
 class AcceptingPart(NamedTuple):
@@ -50,13 +55,26 @@ def accepting_parts(
         Programming 8, 1987, doi 10.1016/0167-6423(87)90036-0 (Streett pairs).
     """
     for within in [range(len(edges))] if components is None else components:
-        for nodes, seen in _strong_parts(edges, within, 0):
-            for clause in acceptance:
-                if not clause.inf & ~seen:
-                    yield from _clause_parts(edges, nodes, seen, clause)
+        if len(within) <= _MAX_MASK:
+            index = {node: i for i, node in enumerate(within)}
+            rows = [[(1 << index[t], marks) for t, marks in edges[node] if t in index] for node in within]
+            for mask, avoided, needed in _accepting(partial(_parts_of_mask, rows), (1 << len(rows)) - 1, acceptance):
+                yield AcceptingPart(tuple([within[i] for i in graph.bits(mask)]), avoided, needed)
+        else:
+            for nodes, avoided, needed in _accepting(partial(_parts_of_list, edges), within, acceptance):
+                yield AcceptingPart(tuple(nodes), avoided, needed)
 
 
-def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: Clause) -> Iterator[AcceptingPart]:
+def _accepting(parts: _StrongParts[Nodes], nodes: Nodes, acceptance: Acceptance) -> Iterator[tuple[Nodes, int, int]]:
+    for part, seen in parts(nodes, 0):
+        for clause in acceptance:
+            if not clause.inf & ~seen:
+                yield from _clause_parts(parts, part, seen, clause)
+
+
+def _clause_parts(
+    parts: _StrongParts[Nodes], nodes: Nodes, seen: int, clause: Clause
+) -> Iterator[tuple[Nodes, int, int]]:
     todo = [(nodes, seen, 0)]
     while todo:
         nodes, seen, avoided = todo.pop()
@@ -69,10 +87,10 @@ def _clause_parts(edges: MarkedGraph, nodes: Sequence[int], seen: int, clause: C
                 else:
                     broken |= mark
         if not broken:
-            yield AcceptingPart(tuple(nodes), avoided, needed)
+            yield nodes, avoided, needed
             continue
         avoided |= broken
-        for part, marks in _strong_parts(edges, nodes, avoided):
+        for part, marks in parts(nodes, avoided):
             if not clause.inf & ~marks:
                 todo.append((part, marks, avoided))
 
@@ -140,7 +158,7 @@ def _path(
     raise AssertionError("no path inside a strongly connected part")
 
 
-def _strong_parts(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> Iterator[tuple[Sequence[int], int]]:
+def _parts_of_list(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> Iterator[tuple[Sequence[int], int]]:
     """The non-trivial strong components without the avoided edges, with the union of the marks inside."""
     index = {node: i for i, node in enumerate(nodes)}
     inner = [[(index[t], marks) for t, marks in edges[node] if not marks & avoided and t in index] for node in nodes]
@@ -155,3 +173,22 @@ def _strong_parts(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> Ite
                     n_edges += 1
         if n_edges:
             yield [nodes[i] for i in members], seen
+
+
+def _parts_of_mask(rows: MarkedGraph, nodes: int, avoided: int) -> Iterator[tuple[int, int]]:
+    """As `_parts_of_list`, with nodes 0, 1, ...; sets of them, and the targets in the rows, are bit masks."""
+    check_time()
+    successors = [0] * len(rows)
+    for node in graph.bits(nodes):
+        targets = 0
+        for target, marks in rows[node]:
+            if not marks & avoided:
+                targets |= target
+        successors[node] = targets
+    for part in graph.strong_sets(successors, nodes):
+        seen = 0
+        for node in graph.bits(part):
+            for target, marks in rows[node]:
+                if target & part and not marks & avoided:
+                    seen |= marks
+        yield part, seen

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from operator import add
 from typing import NamedTuple
 
 import numpy as np
@@ -61,37 +62,67 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None) -> Iterator[DRA
         language = current.languages
     else:
         language = equivalent_states(current, effort)
-    judge = _Judge(current, current if reference is None else reference)
-    words: list[_Word] = []
+    trial = _Trial(current, current if reference is None else reference)
+    names = list(range(current.n_states))  # of the states, in the first automaton
+    refuted: set[tuple[int, int]] = set()
     merged = True
     while merged:
         merged = False
         for old, new in _candidates(current, language):
+            if (names[old], names[new]) in refuted:
+                continue
             effort -= _COST_OF_WORD
             if effort < 0:
                 return
             check_time()
-            if _refuted(current, old, new, words):
+            refuted.add((names[old], names[new]))
+            if trial.is_refuted(old, new):
                 continue
             effort -= current.n_states * current.n_classes
-            found = judge.wrong_word(current, old, new)
-            if found is None:
-                entered = np.arange(current.n_states, dtype=np.int32)
-                entered[old] = new
-                kept = graph.reachable(entered[current.delta], [int(entered[current.initial_state])])
-                language = language[kept]
-                judge.keep(kept)
-                current, merged = canonical(current, entered), True
-                yield current
-                break
-            words.insert(0, found)
+            if trial.finds_word(old, new):
+                continue
+            entered = np.arange(current.n_states, dtype=np.int32)
+            entered[old] = new
+            kept = graph.reachable(entered[current.delta], [int(entered[current.initial_state])])
+            language, names = language[kept], [names[q] for q in kept]
+            current, merged = canonical(current, entered), True
+            trial.goes_on(current, kept)
+            yield current
+            break
 
 
-class _Judge:
+class _Word:
+    """A lasso word that some redirection got wrong.
+
+    Attributes:
+        letters: of the prefix, and of the cycle.
+        accepted: by the language of which states of the reference.
+        classes: of these letters, in the automaton.
+    """
+
+    def __init__(self, letters: tuple[list[int], list[int]]) -> None:
+        self.letters = letters
+        self.accepted: dict[int, bool] = {}
+        self.classes: tuple[list[int], list[int]] = ([], [])
+
+
+class _Columns(NamedTuple):
+    """Of the letters that do the same in some strong components, in both automata, one; and where it leads.
+
+    Moves are integers such that the sum of one of each automaton is an edge of the product: its target times the power
+    of two above all marks, and its marks.
+    """
+
+    letters: list[int]
+    ours: dict[int, list[int]]
+    theirs: dict[int, list[int]]
+
+
+class _Trial:
     """Decides redirections by another automaton of the language.
 
     Args:
-        automaton: canonical; its states may become fewer.
+        automaton: canonical.
         reference: an automaton of the same language over the same propositions.
     """
 
@@ -99,72 +130,112 @@ class _Judge:
         self.reference = reference
         _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
         self.twin = twins(automaton, reference)
-        self._known: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
+        self.words: list[_Word] = []
+        self._shift = 2 * automaton.n_pairs
+        self._n_marks = self._shift + 2 * reference.n_pairs
+        self._differ = exactly_one(automaton.n_pairs, reference.n_pairs, 1 << self._n_marks)
+        self.goes_on(automaton, range(automaton.n_states))
 
-    def keep(self, states: list[int]) -> None:
-        """Only these states are left, in this order."""
+    def goes_on(self, automaton: DRA, states: Iterable[int]) -> None:
+        """Go on with a smaller automaton, which has these states of the one before, in this order."""
+        self.automaton = automaton
         self.twin = [self.twin[q] for q in states]
-        self._known = {}
+        self._known: dict[tuple[int, int], _Columns] = {}
+        for word in self.words:
+            word.classes = self._classes(automaton, word)
 
-    def wrong_word(self, automaton: DRA, old: int, new: int) -> _Word | None:
-        """A word whose verdict changes if `new` is entered in place of `old`, a state of the same language.
+    def is_refuted(self, old: int, new: int) -> bool:
+        """Whether entering `new` instead of `old` changes the verdict on a known word; that word moves to the front."""
+        twin = self.twin[new]
+        entered = int(self.automaton.marks[new]) if self.automaton.acceptance == "state" else None
+        for position, word in enumerate(self.words):
+            if twin not in word.accepted:
+                word.accepted[twin] = _accepts(self.reference, twin, self._classes(self.reference, word))
+            if _accepts(self.automaton, new, word.classes, old, entered) != word.accepted[twin]:
+                self.words.insert(0, self.words.pop(position))
+                return True
+        return False
+
+    def _classes(self, automaton: DRA, word: _Word) -> tuple[list[int], list[int]]:
+        prefix, cycle = [automaton.letter_class[letters].tolist() for letters in word.letters]
+        return prefix, cycle
+
+    def finds_word(self, old: int, new: int) -> bool:
+        """Whether there is a word whose verdict changes if `new` is entered in place of `old`; it is known afterwards.
 
         Cycles that are not redirected keep their verdicts, and the others pass through `new`. Most redirections go
         wrong soon, so cycles are looked for before all of the product is known.
         """
-        scc = automaton.scc
-        if scc[new] > scc[old]:  # nothing leads back
-            return None
-        columns = self._columns(automaton, scc[new], scc[old])
-        differ = exactly_one(automaton.n_pairs, self.reference.n_pairs)
-        entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None
-        shift = 2 * automaton.n_pairs
-        nodes = [(new, self.twin[new])]
+        scc = self.automaton.scc
+        first, last = scc[new], scc[old]
+        if first > last:  # nothing leads back
+            return False
+        letters, ours, theirs = self._columns(first, last)
+        n_others, n_marks, shift = self.reference.n_states, self._n_marks, self._shift
+        entered = int(self.automaton.marks[new]) if self.automaton.acceptance == "state" else None
+        redirected = 1 << n_marks
+        nodes = [new * n_others + self.twin[new]]
         number = {nodes[0]: 0}
         along: list[dict[tuple[int, int], int]] = []  # per node, its edges and a letter on each
         enough = _FIRST_LOOK
-        for state, other in nodes:  # grows while it is read
-            row, marks = automaton.rows[state], automaton.edge_marks[state]
-            row_of_other, marks_of_other = self.reference.rows[other], self.reference.edge_marks[other]
+        for source in nodes:  # grows while it is read
+            state, other = divmod(source, n_others)
             edges: dict[tuple[int, int], int] = {}
-            for c, d, letter in columns:
-                target, seen = row[c], marks[c]
+            for move, letter in dict(zip(map(add, ours[state], theirs[other]), letters, strict=True)).items():
+                node, marks = move >> n_marks, move & redirected - 1
+                target, twin = divmod(node, n_others)
                 if target == old:
-                    target, seen = new, seen if entered_new is None else entered_new
-                elif not scc[new] <= scc[target] <= scc[old]:
+                    node = new * n_others + twin
+                    marks = redirected | (marks if entered is None else marks >> shift << shift | entered)
+                elif not first <= scc[target] <= last:
                     continue
-                node = (target, row_of_other[d])
                 if node not in number:
                     number[node] = len(nodes)
                     nodes.append(node)
-                edges.setdefault((number[node], seen | marks_of_other[d] << shift), letter)
+                edges[number[node], marks] = letter
             along.append(edges)
             if len(along) == enough or len(along) == len(nodes):
                 enough *= 4
                 rows = [sorted(edges) for edges in along] + [[]] * (len(nodes) - len(along))
-                walk = accepting_walk(rows, differ, 0)
+                walk = accepting_walk(rows, self._differ, 0)
                 if walk is not None:
                     prefix, cycle = [[along[source][target, m] for source, target, m in part] for part in walk]
-                    prefix = _way(automaton, new) + prefix
-                    return _Word(prefix, cycle, automaton.accepts_letters(prefix, cycle))
-        return None
+                    word = _Word((prefix, cycle))
+                    word.classes = self._classes(self.automaton, word)
+                    self.words.insert(0, word)
+                    return True
+        return False
 
-    def _columns(self, automaton: DRA, first: int, last: int) -> list[tuple[int, int, int]]:
-        """Of the letters that do the same in these strong components, in both automata, one; with its classes."""
+    def _columns(self, first: int, last: int) -> _Columns:
+        """The columns for these strong components of the automaton."""
         if (first, last) not in self._known:
+            automaton, reference = self.automaton, self.reference
             inside = {q for q in range(automaton.n_states) if first <= automaton.scc[q] <= last}
-            others = set(range(self.reference.n_states))
-            if self.reference.has_languages:
-                language = self.reference.languages.tolist()
+            others = set(range(reference.n_states))
+            if reference.has_languages:
+                language = reference.languages.tolist()
                 residuals = {language[self.twin[q]] for q in inside}
                 others = {r for r in others if language[r] in residuals}
-            kinds = _kinds_of_columns(automaton, inside), _kinds_of_columns(self.reference, others)
+            kinds = _kinds_of_columns(automaton, inside), _kinds_of_columns(reference, others)
             columns: dict[tuple[int, int], tuple[int, int, int]] = {}
-            classes = automaton.letter_class[self.letters], self.reference.letter_class[self.letters], self.letters
+            classes = automaton.letter_class[self.letters], reference.letter_class[self.letters], self.letters
             for c, d, letter in zip(*(entries.tolist() for entries in classes), strict=True):
                 columns.setdefault((kinds[0][c], kinds[1][d]), (c, d, letter))
-            self._known[first, last] = list(columns.values())
+            ours, theirs, letters = map(list, zip(*columns.values(), strict=True))
+            self._known[first, last] = _Columns(
+                letters,
+                _moves(automaton, inside, ours, reference.n_states << self._n_marks, 1),
+                _moves(reference, others, theirs, 1 << self._n_marks, 1 << self._shift),
+            )
         return self._known[first, last]
+
+
+def _moves(automaton: DRA, states: Iterable[int], columns: list[int], target: int, mark: int) -> dict[int, list[int]]:
+    """Per state and column: next state and marks, each times a factor, added."""
+    return {
+        q: [row[c] * target + marks[c] * mark for c in columns]
+        for q, row, marks in ((q, automaton.rows[q], automaton.edge_marks[q]) for q in states)
+    }
 
 
 def _kinds_of_columns(automaton: DRA, inside: set[int]) -> list[int]:
@@ -193,59 +264,34 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
     return [twin[q] for q in range(automaton.n_states)]
 
 
-def _way(automaton: DRA, state: int) -> list[int]:
-    """Letters that lead from the initial state to another one."""
-    came: dict[int, tuple[int, int]] = {}
-    order = [automaton.initial_state]
-    for source in order:  # grows while it is read
-        for c, target in enumerate(automaton.rows[source]):
-            if target not in came and target != automaton.initial_state:
-                came[target] = source, int(automaton.alphabet.first_letter[c])
-                order.append(target)
-    letters = []
-    while state != automaton.initial_state:
-        state, letter = came[state]
-        letters.append(letter)
-    return letters[::-1]
+def _accepts(
+    automaton: DRA, start: int, word: tuple[list[int], list[int]], old: int = -1, entered: int | None = None
+) -> bool:
+    """Whether a lasso word of letter classes is accepted from a state when it is entered in place of `old`, too.
 
+    Args:
+        automaton: the automaton.
+        start: the state.
+        word: prefix and cycle.
+        old: by default no state.
+        entered: the marks on entering the state, where acceptance is on states.
+    """
+    rows, marks = automaton.rows, automaton.edge_marks
 
-class _Word(NamedTuple):
-    """A lasso word in letters of the automaton, and whether it is in the language."""
-
-    prefix: list[int]
-    cycle: list[int]
-    accepted: bool
-
-
-def _refuted(automaton: DRA, old: int, new: int, words: list[_Word]) -> bool:
-    """Whether entering `new` instead of `old` changes the verdict on a word; that word moves to the front."""
-    for position, word in enumerate(words):
-        if _accepts_redirected(automaton, old, new, word) != word.accepted:
-            words.insert(0, words.pop(position))
-            return True
-    return False
-
-
-def _accepts_redirected(automaton: DRA, old: int, new: int, word: _Word) -> bool:
-    """Whether the automaton with every way into `old` leading into `new` accepts the word."""
-    rows, marks, letter_class = automaton.rows, automaton.edge_marks, automaton.letter_class
-    entered_new = int(automaton.marks[new]) if automaton.acceptance == "state" else None
-
-    def run(state: int, letters: list[int]) -> tuple[int, int]:
+    def run(state: int, classes: list[int]) -> tuple[int, int]:
         seen = 0
-        for letter in letters:
-            c = letter_class[letter]
+        for c in classes:
             target = rows[state][c]
             if target != old:
                 seen |= marks[state][c]
                 state = target
             else:
-                seen |= marks[state][c] if entered_new is None else entered_new
-                state = new
+                seen |= marks[state][c] if entered is None else entered
+                state = start
         return state, seen
 
-    state, _ = run(new if automaton.initial_state == old else automaton.initial_state, word.prefix)
-    return rabin_accepts(automaton.n_pairs, recurring_marks(state, lambda start: run(start, word.cycle)))
+    state, _ = run(start, word[0])
+    return rabin_accepts(automaton.n_pairs, recurring_marks(state, lambda state: run(state, word[1])))
 
 
 def _candidates(automaton: DRA, language: IntArray) -> list[tuple[int, int]]:

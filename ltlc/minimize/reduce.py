@@ -18,6 +18,8 @@ from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 
 NORMALIZED = "normalized"
 """the name of the form in `DRA.forms`."""
+QUOTIENT = "quotient"
+"""the name of the form in `DRA.forms`: no two states are bisimilar."""
 
 
 def reduce(automaton: DRA, *, effort: int = EFFORT) -> DRA:
@@ -43,7 +45,7 @@ def merged_further(automaton: DRA, effort: int = EFFORT, *, reference: DRA | Non
 
 
 def normalized(automaton: DRA) -> DRA:
-    """Simplify marks, merge states, and number canonically, until nothing changes; the kind of acceptance stays.
+    """Merge states, simplify marks, merge again, and number canonically; the kind of acceptance stays.
 
     One deadlock and one accepting sink remain at most. Where the time of the call is over, what is left is left out.
     """
@@ -54,7 +56,7 @@ def normalized(automaton: DRA) -> DRA:
         if CANONICAL not in result.forms:
             result = canonical(result)
         result = merge_bisimilar(merge_equivalent(merge_bisimilar(result)))
-        while SIMPLE_MARKS not in result.forms:
+        if SIMPLE_MARKS not in result.forms:
             result = merge_bisimilar(simplify_marks(result))
         if CANONICAL not in result.forms:
             result = canonical(result)
@@ -63,15 +65,21 @@ def normalized(automaton: DRA) -> DRA:
 
 
 def merge_bisimilar(automaton: DRA) -> DRA:
-    """Merge states with the same marks whose successors are again such states, for every letter; then `canonical`."""
-    if can_decide_languages(automaton) and automaton.n_languages == automaton.n_states:
+    """Merge states with the same marks whose successors are again such states, for every letter; then `canonical`.
+
+    The cycles of the quotient are those of the automaton, so marks that were simple stay simple.
+    """
+    if QUOTIENT in automaton.forms or (can_decide_languages(automaton) and automaton.n_languages == automaton.n_states):
         return automaton
     marks: Iterable[object] = map(tuple, automaton.edge_marks)
     if automaton.acceptance == "state":
         marks = (fin.tobytes() + inf.tobytes() for fin, inf in zip(automaton.fin.T, automaton.inf.T, strict=True))
     block = refine(automaton.delta, number_blocks(marks))
     first = np.unique(block, return_index=True)[1]
-    return automaton if len(first) == automaton.n_states else canonical(automaton, first[block].astype(np.int32))
+    if len(first) == automaton.n_states:
+        return automaton.annotated(QUOTIENT)
+    merged = canonical(automaton, first[block].astype(np.int32)).annotated(QUOTIENT)
+    return merged.annotated(SIMPLE_MARKS) if SIMPLE_MARKS in automaton.forms else merged
 
 
 def merge_equivalent(automaton: DRA) -> DRA:

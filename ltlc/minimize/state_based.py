@@ -10,11 +10,11 @@ from itertools import permutations
 
 import numpy as np
 
-from ltlc.automata.acceptance import Acceptance, exactly_one
-from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
+from ltlc.automata.acceptance import exactly_one
+from ltlc.automata.canonical import CANONICAL, tells_columns_apart
 from ltlc.automata.emptiness import MarkedEdge, accepting_parts
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.marks import Component, components, simplify_marks
+from ltlc.automata.marks import SIMPLE_MARKS, Component, components
 from ltlc.automata.rabin import DRA
 from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
@@ -55,24 +55,21 @@ def to_state_based(
     """
     if automaton.acceptance == "state":
         return reduce(automaton, effort=effort)
-    simple = automaton
-    if NORMALIZED not in automaton.forms:
-        with suppress(TimeLimitExceeded):
-            simple = simplify_marks(canonical(automaton))
-    reference = simple if reference is None else reference
+    reference = automaton if reference is None else reference
     with overtime(Overtime.SPLIT):
-        parts = list(components(simple))
+        parts = list(components(automaton))
     marks: dict[MarkedEdge, int] = {}
     for component in parts:
         marks.update(_even_marks(component))
     with overtime(Overtime.SPLIT):
-        split = _split(simple, marks, budget)
+        split = _split(automaton, marks, budget)
     best = _with_languages(split, reference)
     with suppress(LimitExceeded):
-        best = normalized(best)
+        if NORMALIZED not in best.forms:
+            best = normalized(best)
         least = proven_least(reference, "state") if least is None else least
-        if best.n_states > least:
-            other = normalized(_with_languages(_split(simple, marks, budget, once=True), reference))
+        if best.n_states > least and automaton.n_pairs == 1:
+            other = normalized(_with_languages(_split(automaton, marks, budget, once=True), reference))
             best = min(best, other, key=lambda a: a.n_states)
         best = merged_further(best, effort, reference=reference, least=least)
     return best
@@ -123,7 +120,7 @@ def _split(automaton: DRA, marks: Mapping[MarkedEdge, int], budget: Budget, once
 
     fin = [[bool(entry >> 2 * i & 1) for _, entry in order] for i in range(automaton.n_pairs)]
     inf = [[bool(entry >> 2 * i + 1 & 1) for _, entry in order] for i in range(automaton.n_pairs)]
-    result = replace(
+    split = replace(
         automaton,
         delta=np.array(delta, dtype=np.int32),
         fin=np.array(fin, dtype=np.bool_).reshape(-1, len(order)),
@@ -132,8 +129,12 @@ def _split(automaton: DRA, marks: Mapping[MarkedEdge, int], budget: Budget, once
         acceptance="state",
         state_names=None,
     )
-    in_order = CANONICAL in automaton.forms and tells_columns_apart(result)
-    return result.annotated(CANONICAL) if in_order else result
+    forms = set() if once else {SIMPLE_MARKS} & automaton.forms
+    if CANONICAL in automaton.forms and tells_columns_apart(split):
+        forms.add(CANONICAL)
+        if not once and all(new == old for (_, _, old), new in marks.items()):
+            forms |= {NORMALIZED} & automaton.forms
+    return split.annotated(*forms)
 
 
 def _even_marks(component: Component) -> dict[MarkedEdge, int]:
@@ -143,7 +144,6 @@ def _even_marks(component: Component) -> dict[MarkedEdge, int]:
     for edge in component.edges:
         into[edge[1]].append(edge)
     to_check = MAX_EDGES_CHECKED
-    differ = exactly_one(component.n_pairs, component.n_pairs)
     with suppress(TimeLimitExceeded):
         for edges in into.values():
             merged = True
@@ -151,18 +151,23 @@ def _even_marks(component: Component) -> dict[MarkedEdge, int]:
                 merged = False
                 for old, new in permutations(sorted({marks[edge] for edge in edges}), 2):
                     check_time()
-                    attempt = marks | {edge: new for edge in edges if marks[edge] == old}
+                    attempt = dict.fromkeys((edge for edge in edges if marks[edge] == old), new)
                     to_check -= len(marks)
-                    if _same_acceptance(component, attempt, differ):
-                        marks, merged = attempt, True
+                    if _same_acceptance(component, marks, attempt):
+                        marks, merged = marks | attempt, True
                         break
     return marks
 
 
-def _same_acceptance(component: Component, marks: Mapping[MarkedEdge, int], differ: Acceptance) -> bool:
-    """Whether every cycle is accepted with these marks iff it is with the old ones."""
+def _same_acceptance(component: Component, marks: Mapping[MarkedEdge, int], attempt: Mapping[MarkedEdge, int]) -> bool:
+    """Whether every cycle is accepted with some marks changed iff it is with the old ones, as it is without that."""
     index = {node: i for i, node in enumerate(component.nodes)}
     rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]
-    for (source, target, old), new in marks.items():
-        rows[index[source]].append((index[target], old | new << 2 * component.n_pairs))
-    return next(accepting_parts(rows, differ), None) is None
+    shift = 2 * component.n_pairs
+    changed = 1 << shift
+    for edge, kept in marks.items():
+        new = attempt[edge] | changed if edge in attempt else kept
+        rows[index[edge[0]]].append((index[edge[1]], edge[2] | new << shift))
+    return (
+        next(accepting_parts(rows, exactly_one(component.n_pairs, component.n_pairs, changed << shift)), None) is None
+    )

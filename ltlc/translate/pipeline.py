@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import ExitStack, suppress
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +11,9 @@ import numpy as np
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei, reduced
 from ltlc.automata.languages import can_decide_languages
+from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.automata.rabin import DRA, AcceptanceKind
-from ltlc.automata.rabin_pairs import to_rabin
+from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import (
     Budget,
     Overtime,
@@ -34,8 +34,8 @@ from ltlc.errors import (
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.minimize.collapse import collapse
 from ltlc.minimize.lower_bound import proven_least
-from ltlc.minimize.merge_by_trial import EFFORT
-from ltlc.minimize.reduce import merged_further, normalized
+from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
+from ltlc.minimize.reduce import NORMALIZED, merged_further, normalized
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
@@ -49,6 +49,8 @@ _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 _SLACK = 60
 """plus these."""
+_HOPELESS = 3
+"""A candidate with this many times the states of the best one is not tried to be merged into fewer."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -121,10 +123,12 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
         problem = Problem(simple, letters_of(simple, propositions(formula)), options)
         try:
             best = _best(problem, budget)
-            automaton = _tidied(best.automaton, Overtime.REDUCE)
+            automaton = best.automaton
+            if not best.weak and NORMALIZED not in automaton.forms:
+                with overtime(Overtime.REDUCE):
+                    automaton = normalized(automaton)
             if options.acceptance == "state":
                 automaton = _state_based(best._replace(automaton=automaton), problem, budget)
-                automaton = _tidied(automaton, Overtime.REDUCE_AGAIN)
         except RecursionError:  # the nodes of a closure recurse, each level in a few calls
             raise DepthLimitExceeded(
                 f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by"
@@ -137,14 +141,6 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
         return replace(automaton, formula=text, translator=best.translator)
 
 
-def _tidied(automaton: DRA, stage: Overtime) -> DRA:
-    """The automaton; if the time was over before it was as small as it can be, reduced in a little overtime."""
-    if has_time():
-        return automaton
-    with overtime(stage):
-        return normalized(automaton)
-
-
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
     """The candidate with marks on states."""
     automaton = best.automaton
@@ -155,34 +151,36 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
     least = best.least
     with suppress(TimeLimitExceeded):
         least = max(least, proven_least(automaton, "state"))
-    effort = 0 if problem.options.effort == "fast" else EFFORT
-    split = partial(to_state_based, effort=effort, budget=budget, reference=automaton, least=least)
     ways = [automaton]
     if automaton.n_pairs > 1:
         # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
         with suppress(LimitExceeded):
-            letters = problem.letters
-            ways.append(to_rabin(best.emerson_lei, letters.aps, letters.letter_class, budget, way="cycles"))
+            ways.append(_paired(best.emerson_lei, problem.letters, budget, "cycles").annotated(SIMPLE_MARKS))
             ways.sort(key=_n_copies)
-    found: DRA | None = None
+    found: list[DRA] = []
     for number, way in enumerate(ways, 1):
-        if found is not None and way is automaton and _n_copies(way) > _PATIENCE * found.n_states:
+        if found and way is automaton and _n_copies(way) > _PATIENCE * found[0].n_states:
             break
         try:
-            result = split(way)
+            found.append(to_state_based(way, effort=0, budget=budget, reference=automaton, least=least))
         except LimitExceeded:
-            if found is None and number == len(ways):
+            if not found and number == len(ways):
                 raise
             continue
-        if found is None or (result.n_states, way is not automaton) < (found.n_states, way is automaton):
-            found = result
-        if found.n_states <= least or not has_time():
+        if found[-1].n_states <= least or not has_time():
             break
-    assert found is not None
-    if CANONICAL in found.forms:
-        return found
-    with overtime(Overtime.SPLIT):
-        return canonical(found)
+    effort = 0 if problem.options.effort == "fast" else EFFORT
+    reference = min(ways, key=lambda a: a.n_states * a.n_pairs)
+    n_pairs = min(a.n_pairs for a in found)  # with more pairs, fewer states can be merged
+    merged = [merged_further(a, effort, reference=reference, least=least) for a in found if a.n_pairs == n_pairs]
+    smallest = min(*merged, *found, key=lambda a: a.n_states)
+    if CANONICAL not in smallest.forms:
+        with overtime(Overtime.SPLIT):
+            smallest = canonical(smallest)
+    if NORMALIZED in smallest.forms:
+        return smallest
+    with overtime(Overtime.REDUCE_AGAIN):
+        return normalized(smallest)
 
 
 def _n_copies(automaton: DRA) -> int:
@@ -214,7 +212,8 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if is_first:
                         spare.enter_context(_spare_time(problem))
                     check_time()
-                    if problem.options.effort != "fast":
+                    hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states
+                    if problem.options.effort != "fast" and not hopeless:
                         found = found._replace(least=best.least)
                         best = _smaller(best, _improved(found, problem.options.acceptance, prove=is_first))
                 except TimeLimitExceeded:
@@ -268,7 +267,7 @@ def _worth_trying(closure: Closure, options: Options) -> tuple[str, ...]:
 def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:
     """The automaton of a construction, with as few states as merging those of one language gives."""
     emerson_lei = reduced(construction.build(closure, budget))
-    automaton = to_rabin(emerson_lei, closure.letters.aps, closure.letters.letter_class, budget)
+    automaton = _paired(emerson_lei, closure.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei)
     with _spare_time(problem):
@@ -280,8 +279,15 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     return Candidate(automaton, construction.name, False, least, emerson_lei)
 
 
+def _paired(emerson_lei: EmersonLei, letters: Letters, budget: Budget, way: Way = "smaller") -> DRA:
+    """Rabin pairs for what a construction built, which is numbered breadth-first."""
+    return to_rabin(emerson_lei, letters.aps, letters.letter_class, budget, way=way).annotated(CANONICAL)
+
+
 def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candidate:
     """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
+
+    What is merged by trial is not normalized again.
 
     Args:
         found: what a construction gave.
@@ -292,10 +298,12 @@ def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candi
     if prove and not found.smallest and can_decide_languages(automaton):
         collapsed = collapse(automaton)
         least = max(least, collapsed.lower_bound)
-        if wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton):
+        if collapsed.automaton.n_pairs <= automaton.n_pairs or (
+            wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton)
+        ):
             automaton = collapsed.automaton
     if automaton.n_states > least:
-        automaton = merged_further(automaton, least=least)
+        automaton = merge_by_trial(automaton, least=least)
     return found._replace(automaton=automaton, least=least)
 
 

@@ -11,7 +11,7 @@ from random_automata import random_automata, random_automaton, short_lassos
 
 from ltlc.automata import DRA, ComponentKind, canonical, equivalent, simplify_marks
 from ltlc.automata.acceptance import Acceptance, Clause, conjunction, disjunction, holds, negation
-from ltlc.automata.emptiness import accepting_nodes, accepting_walk
+from ltlc.automata.emptiness import accepting_nodes, accepting_parts, accepting_walk
 from ltlc.errors import InvalidAutomatonError
 from ltlc.minimize.reduce import normalized
 
@@ -97,7 +97,7 @@ def brute_force(edges: list[list[tuple[int, int]]], condition: Acceptance) -> se
 
 
 @pytest.mark.parametrize("seed", range(120))
-def test_generic_emptiness(seed: int) -> None:
+def test_generic_emptiness(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 7))
     edges = [
@@ -118,6 +118,9 @@ def test_generic_emptiness(seed: int) -> None:
         assert [edge[0] for edge in prefix + cycle] == [start, *(edge[1] for edge in prefix + cycle)][:-1]
         assert cycle[-1][1] == cycle[0][0]
         assert holds(condition, int(np.bitwise_or.reduce([edge[2] for edge in cycle])))
+    as_masks = list(accepting_parts([sorted(row) for row in edges], condition))
+    monkeypatch.setattr("ltlc.automata.emptiness._MAX_MASK", 0)
+    assert list(accepting_parts([sorted(row) for row in edges], condition)) == as_masks
 
 
 def shuffled(automaton: DRA, rng: np.random.Generator) -> DRA:

@@ -23,8 +23,10 @@ from ltlc.automata import (
     to_transition_based,
 )
 from ltlc.automata.compare import distinguishing_letters
+from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError
 from ltlc.minimize import merge_bisimilar, merge_by_trial, merge_equivalent, reduce, to_state_based
+from ltlc.minimize.reduce import NORMALIZED, normalized
 
 
 def complement_by_letters(a: DRA) -> DRA:
@@ -140,6 +142,21 @@ def test_reduce_leaves_one_deadlock_one_sink_and_useful_pairs() -> None:
         for q in small.deadlocks:
             assert not small.edge_fin[:, q].any()
             assert not small.edge_inf[:, q].any()
+
+
+@pytest.mark.parametrize("change", [merge_bisimilar, to_state_based])
+def test_forms_that_are_kept_are_right(change: Callable[[DRA], DRA]) -> None:
+    simple = 0
+    for automaton in random_automata(200):
+        changed = change(normalized(to_transition_based(automaton)))
+        if SIMPLE_MARKS in changed.forms:
+            again = simplify_marks(replace(changed))
+            assert np.array_equal(again.fin, changed.fin)
+            assert np.array_equal(again.inf, changed.inf)
+            simple += 1
+        if NORMALIZED in changed.forms:
+            assert normalized(replace(changed)).n_states == changed.n_states
+    assert simple > 50
 
 
 def test_pairs_are_merged_where_one_suffices() -> None:

@@ -48,6 +48,21 @@ def test_components_reachability_and_distances(seed: int) -> None:
             ends = np.array([any(ends[p] and t in successors[p] for p in range(n)) for t in range(n)])
 
 
+@pytest.mark.parametrize("seed", range(60))
+def test_sets_of_nodes_have_the_same_components(seed: int) -> None:
+    successors = [sorted(set(row)) for row in random_graph(seed)]
+    kept = [q for q in range(len(successors)) if (q + seed) % 4]
+    number = {q: i for i, q in enumerate(kept)}
+    inner = [[number[t] for t in successors[q] if t in number] for q in kept]
+    expected = [
+        sum(1 << kept[i] for i in members)
+        for members in graph.component_members(graph.strong_components(inner))
+        if len(members) > 1 or members[0] in inner[members[0]]
+    ]
+    masks = [sum(1 << t for t in row) for row in successors]
+    assert graph.strong_sets(masks, sum(1 << q for q in kept)) == expected
+
+
 def test_members_follow_the_component_numbers() -> None:
     component = graph.strong_components([[1], [0, 2], [2], []])
     assert graph.component_members(component) == [[3], [0, 1], [2]]

@@ -9,12 +9,15 @@ import sys
 from itertools import combinations, count
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import ltlc
-from ltlc.automata import DRA, equivalent
+from ltlc.automata import DRA, canonical, equivalent
+from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.rabin import AcceptanceKind
-from ltlc.budget import time_limit
+from ltlc.automata.rabin_pairs import Way, to_rabin
+from ltlc.budget import Budget, time_limit
 from ltlc.errors import (
     AlphabetLimitExceeded,
     DepthLimitExceeded,
@@ -25,9 +28,12 @@ from ltlc.errors import (
     UnknownNameError,
 )
 from ltlc.formats import to_json
-from ltlc.ltl import parse
+from ltlc.ltl import parse, propositions, simplify
 from ltlc.minimize import merge_by_trial
 from ltlc.translate import TRANSLATORS, Options, translate
+from ltlc.translate.closure import Closure
+from ltlc.translate.constructions import CONSTRUCTIONS
+from ltlc.translate.letters import letters_of
 
 THESIS = {
     "F(A & F B) & G!C & FG T": (5, 4),
@@ -80,6 +86,24 @@ def digest(text: str) -> str:
             summary.update(f"{array.dtype}{array.shape}".encode() + array.tobytes())
         summary.update(f"{a.aps}{a.initial_state}{a.translator}{a.formula}".encode())
     return summary.hexdigest()
+
+
+@pytest.mark.parametrize("translator", TRANSLATORS)
+def test_constructions_number_states_breadth_first(translator: str) -> None:
+    """What `translate` takes for granted."""
+    for text in SAMPLE:
+        formula = simplify(parse(text))
+        letters = letters_of(formula, propositions(formula))
+        budget = Budget(text, 60)
+        try:
+            found = reduced(CONSTRUCTIONS[translator].build(Closure(formula, letters, budget), budget))
+        except (InvalidArgumentError, StateLimitExceeded):
+            continue
+        ways: tuple[Way, ...] = ("smaller", "cycles")
+        for automaton in [to_rabin(found, letters.aps, letters.letter_class, budget, way=way) for way in ways]:
+            again = canonical(automaton)
+            for name in ("delta", "letter_class", "fin", "inf"):
+                assert np.array_equal(getattr(again, name), getattr(automaton, name))
 
 
 @pytest.mark.slow
