@@ -22,6 +22,8 @@ from .run_folder import CURVE_PICTURE, POLICY_PICTURE, TRAJECTORIES_PICTURE, Run
 from .trajectories import draw_episodes
 
 DRAWN_EPISODES = 6
+JUDGED_TOGETHER = 50
+"""environments that episodes are sampled from, whatever the training had: a network values many as fast as one."""
 
 
 def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 0) -> Report:
@@ -36,7 +38,8 @@ def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 
     judge = run.judge
     if judge is not None and agent.encoder.n_observations != judge.rewards.mdp.n_states:
         judge = None  # a wrapper shows something else than the state
-    env = run.vector_env()
+    together = run.config.num_envs if judge is not None else min(episodes, JUDGED_TOGETHER)
+    env = run.config.env_spec.vector(run.task, together)
     try:
         found = report(agent, judge, env, episodes=episodes, seed=seed)
         return found if judge is None else replace(found, shortfall=run.shortfall)
