@@ -40,9 +40,12 @@ def style_axes(axes: Axes, *, grid: str) -> None:
 
 
 def saved(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure to a .png, .svg or .pdf file, complete or not at all."""
+    """Write a figure to a .png, .svg or .pdf file, complete or not at all; the same figure gives the same bytes."""
+    from matplotlib import rc_context
+
     stream = io.BytesIO()
     suffix = Path(path).suffix.lower().removeprefix(".")
     metadata = {"Date": None} if suffix == "svg" else {"CreationDate": None} if suffix == "pdf" else {}
-    figure.savefig(stream, format=suffix, dpi=150, metadata=metadata)
+    with rc_context({"svg.hashsalt": "ltlc"}):  # else the names of clips are drawn anew each time
+        figure.savefig(stream, format=suffix, dpi=150, metadata=metadata)
     return atomic_write(path, stream.getvalue())

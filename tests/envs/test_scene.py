@@ -43,4 +43,5 @@ def test_pictures_of_trajectories(tmp_path: Path) -> None:
     paths = [draw_trajectories(tmp_path / f"{i}.png", [one] * 4, automaton, title="F a") for i in range(2)]
     assert paths[0].read_bytes() == paths[1].read_bytes()
     few = draw_trajectories(tmp_path / "few.svg", [one], automaton, title="F a", subtitle="one")
-    assert b"q1  accepting" in few.read_bytes()
+    again = draw_trajectories(tmp_path / "again.svg", [one], automaton, title="F a", subtitle="one")
+    assert b"q1  accepting" in few.read_bytes() == again.read_bytes()
