@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
+from gymnasium.vector import VectorWrapper
 
 BoolArray = npt.NDArray[np.bool_]
+
+if TYPE_CHECKING:
+    AnyVectorWrapper = VectorWrapper[Any, Any, Any, Any, Any]
+else:  # generic from gymnasium 1.4 on only
+    AnyVectorWrapper = VectorWrapper
 
 
 def part(space: spaces.Space[Any], observations: Any, chosen: Any) -> Any:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv, VectorWrapper
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ltlc.automata import DRA
-from ltlc.envs.batch import copied, merge, part
+from ltlc.envs.action_masks import ActionMasks
+from ltlc.envs.batch import AnyVectorWrapper, copied, merge, part
 from ltlc.envs.flat_tables import FlatTables
 from ltlc.envs.labeller import VectorLabeller
 from ltlc.envs.labels import ExtraLabels, LabelSource
@@ -30,13 +31,7 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 
-if TYPE_CHECKING:
-    _VectorWrapper = VectorWrapper[Any, Any, Any, Any, Any]
-else:  # generic from gymnasium 1.4 on only
-    _VectorWrapper = VectorWrapper
-
-
-class LTLVectorWrapper(_VectorWrapper):
+class LTLVectorWrapper(AnyVectorWrapper):
     """`LTLWrapper` for a vector environment: equal to wrapping every sub-environment, without a loop over automata.
 
     `infos["ltl"]` holds an array per entry; the sets of names in `label_names` are made when they are looked at. It has
@@ -107,6 +102,7 @@ class LTLVectorWrapper(_VectorWrapper):
         if self.choices.active:
             self.single_action_space = self.choices.space
             self.action_space = batch_space(self.single_action_space, env.num_envs)
+        self._masks = ActionMasks(env.single_observation_space, env.single_action_space, env.num_envs)
         self._base_reward = reward
         self._flat_info = flat_info
         self._tables = FlatTables(tables, skip=initial_label == "skip")
@@ -133,14 +129,14 @@ class LTLVectorWrapper(_VectorWrapper):
         return self.task.tables.automaton_state[self._state].astype(np.int64)
 
     def action_masks(self) -> BoolArray:
-        """Which actions there are now, shape (num_envs, n_actions).
+        """Which actions there are now, and are allowed where the environment shows masks, shape (num_envs, n_actions).
 
         Raises:
             InvalidArgumentError: the actions are not discrete.
         """
         if self.choices.mask is None:
             raise InvalidArgumentError(f"actions of {self.single_action_space} cannot be masked")
-        return np.asarray(self.choices.mask[self._state])
+        return self._masks.within(np.asarray(self.choices.mask[self._state]))
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -152,6 +148,7 @@ class LTLVectorWrapper(_VectorWrapper):
         mask = (options or {}).get("reset_mask", self._everywhere)
         observations, infos = self.env.reset(seed=seed, options=None if options is None else dict(options))  # type: ignore[arg-type]
         self._streams.seed(seed)
+        self._masks.see(observations, infos, mask)
         ltl = self._begin(self.labeller.of(observations, infos, mask), mask)
         self._finished = self._finished & ~mask
         self._any_finished = bool(self._finished.any())
@@ -184,6 +181,7 @@ class LTLVectorWrapper(_VectorWrapper):
             late, self._restart_late = self._restart_late, None
             terminated, truncated = terminated & ~late, truncated & ~late
             observations = self._restart(late, base_rewards, infos)
+        self._masks.see(observations, infos)
         letters = self.labeller.of(observations, infos)
         base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun, terminated)
@@ -208,7 +206,7 @@ class LTLVectorWrapper(_VectorWrapper):
         ltl["state"] = self._state.copy()
         if self._base_reward == "info":
             ltl["base_reward"] = np.zeros(self.num_envs)
-        if self.choices.active:
+        if self.choices.active or self._masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         return ltl
 
@@ -251,7 +249,7 @@ class LTLVectorWrapper(_VectorWrapper):
         }
         if self._success is not None:
             ltl["success"] = self._success.read(letters, False if begun is None else begun)
-        if self.choices.active:
+        if self.choices.active or self._masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         return ltl, stops
 
@@ -301,7 +299,9 @@ class LTLVectorWrapper(_VectorWrapper):
     ) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """`step` from where the environment has been stepped, in mode SAME_STEP."""
         ended = np.asarray(infos.get("_final_obs", np.zeros(self.num_envs, dtype=np.bool_)))
+        self._masks.see(observations, infos)
         if ended.any():
+            self._masks.see_last(infos, ended)
             letters = self.labeller.of(observations, infos, ~ended)
             letters += self.labeller.of_final(infos["final_obs"], infos["final_info"], ended)
         else:
@@ -337,6 +337,7 @@ class LTLVectorWrapper(_VectorWrapper):
         self._tell(final_info, {key: column.copy() for key, column in ltl.items()}, done)
         infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
         infos["final_info"], infos["_final_info"] = final_info, done.copy()
+        self._masks.see(observations, infos)
         for key, column in self._begin(self.labeller.of(observations, infos, done), done).items():
             ltl[key][done] = column[done]
         return observations

@@ -13,6 +13,7 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.wrappers import Autoreset
 
 from ltlc.automata import DRA
+from ltlc.envs.action_masks import ActionMasks
 from ltlc.envs.json_spec import with_clear_json
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import ExtraLabels, LabelSource, importable
@@ -56,7 +57,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     Where the reward scheme leaves the choice of a Rabin pair to the policy, the environment has more actions: of n
     actions, a + n * (1 + i) chooses pair i and then does a. Not all of them exist all the time: `action_masks()` and
-    `action_mask` in the info say which do now.
+    `action_mask` in `info["ltl"]` say which do now. Masks of the environment itself, in `info["action_mask"]` or in an
+    entry `action_mask` of its observation, are passed on in the same places.
 
     Reaching acceptance does not end the episode, except in an accepting sink or where the scheme says so. Where the
     environment ends it (`terminated`), the last reward includes what reading the last letter for ever is worth, unless
@@ -131,6 +133,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.choices = PairActionSpace(tables, env.action_space)
         if self.choices.active:
             self.action_space = self.choices.space
+        self._masks = ActionMasks(env.observation_space, env.action_space)
         self._base_reward = reward
         self._skip = initial_label == "skip"
         self._classes: list[int] = tables.letter_class.tolist()
@@ -152,7 +155,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Which actions there are now, shape (n_actions,), as maskable agents ask for.
 
-        Where the environment has such a method of its own, only actions that it allows.
+        Where the environment shows masks or has such a method of its own, only actions that it allows.
 
         Raises:
             InvalidArgumentError: the actions are not discrete.
@@ -163,7 +166,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         if self.env.has_wrapper_attr("action_masks"):
             inner = np.asarray(self.env.get_wrapper_attr("action_masks")(), dtype=np.bool_)
             mask &= np.tile(inner, len(mask) // len(inner))
-        return mask
+        return self._masks.within(mask)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the automaton reads the label of the first observation."""
@@ -177,6 +180,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def _first(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         """Read the first letter of an episode; the observation and info of a reset."""
         info = dict(info)
+        self._masks.see(observation, info)
         letter = self.labeller.letter(observation, info)
         initial = self.task.tables.initial_state
         row = self._row(initial * self._n_classes + self._classes[letter])
@@ -186,7 +190,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl |= {"violated": False, "accepting": False, "progress": float(self.task.tables.progress[initial])}
         if self._base_reward == "info":
             ltl["base_reward"] = 0.0
-        if self.choices.active:
+        if self.choices.active or self._masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         if self._autoreset is not None:
             ltl["valid"] = False
@@ -207,6 +211,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         if self.choices.active:
             action, self._state = self.choices.split(action, self._state)
         observation, base_reward, terminated, truncated, info = self.env.step(action)
+        self._masks.see(observation, info)
         letter = self.labeller.letter(observation, info)
         index = self._state * self._n_classes + self._classes[letter]
         self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
@@ -225,7 +230,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             reward += float(base_reward)
         elif self._base_reward == "info":
             ltl["base_reward"] = float(base_reward)
-        if self.choices.active:
+        if self.choices.active or self._masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         if self._autoreset is not None:
             ltl["valid"] = True
