@@ -186,7 +186,7 @@ WRONG: list[tuple[Any, str]] = [
     (lambda o, i: {"a": np.ones(3, dtype=bool)}, r"label 'a' of 5 sub-environments has shape \(3,\)"),
     (lambda o, i: {"a": np.full(5, np.nan)}, "'a' of 5 sub-environments has shape .* and type float64"),
     (lambda o, i: np.full(5, np.nan), "labels are NaN"),
-    (lambda o, i: {"aa": np.ones(5, dtype=bool)}, "'aa'. Did you mean a"),
+    (lambda o, i: {"aa": np.ones(5, dtype=bool)}, "no label produces it.*'a'. Did you mean aa"),
     (lambda o, i: [{"aa"}] * 5, "'aa'. Did you mean a"),
     (LabelFunction(lambda o, i: np.full(5, 9), ("b", "a")), "a bitmask label is outside 0..3"),
     (LabelFunction(lambda o, i: np.zeros((5, 2), dtype=int), ("b", "a")), r"bitmask labels have shape \(5, 2\)"),
