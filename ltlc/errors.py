@@ -7,6 +7,7 @@
     ├── InvalidArgumentError (ValueError)  an argument is out of range or does not fit the others
     │   └── UnknownNameError               a name is not in a registry; suggests the nearest ones
     ├── TrainingDiverged                   the loss of a training run is no longer a finite number
+    ├── WorkerLost                         a process that steps environments has ended
     ├── MissingProgramError                an optional program or package is not installed
     └── LimitExceeded                      a budget ran out; nothing was written
         ├── StateLimitExceeded
@@ -118,6 +119,10 @@ def _shown(value: object) -> str:
 
 class TrainingDiverged(LtlcError):
     """The loss of a training run is no longer finite. The message says at which step, and what to try."""
+
+
+class WorkerLost(LtlcError):
+    """A process that steps environments has ended by itself. The message says how."""
 
 
 class MissingProgramError(LtlcError):

@@ -39,7 +39,7 @@ def judge_run(run: RunFolder, agent: Agent, *, episodes: int = 100, seed: int = 
     if judge is not None and agent.encoder.n_observations != judge.rewards.mdp.n_states:
         judge = None  # a wrapper shows something else than the state
     together = run.config.num_envs if judge is not None else min(episodes, JUDGED_TOGETHER)
-    env = run.config.env_spec.vector(run.task, together)
+    env = run.config.env_spec.vector(run.task, together, 0 if judge is not None else run.config.workers)
     try:
         found = report(agent, judge, env, episodes=episodes, seed=seed)
         return found if judge is None else replace(found, shortfall=run.shortfall)

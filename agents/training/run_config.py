@@ -27,7 +27,7 @@ MOST_ENVS = 64
 """environments stepped together where nobody says how many."""
 EPISODES_EACH = 4
 """episodes that at least end in each of them, if there are enough steps for one."""
-_NOT_LEARNED = ("ltlc", "run", "agent_reason")
+_NOT_LEARNED = ("ltlc", "run", "agent_reason", "workers")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,8 @@ class RunConfig:
     """of the agent."""
     agent_reason: str | None = None
     """why this agent was chosen; None: somebody named it."""
+    workers: int = 0
+    """processes that step the environments; 0: none. What is learned does not depend on them."""
 
     def task(self, automaton: DRA) -> Task:
         """The task of an automaton with these rewards.
@@ -73,6 +75,7 @@ class RunConfig:
             "num_envs": self.num_envs,
             "agent": self.agent,
             "agent_reason": self.agent_reason,
+            "workers": self.workers,
             "hyperparameters": self.hyperparameters.to_dict(),
         }
 
@@ -86,9 +89,10 @@ class RunConfig:
         """
         if values["format"] != _FORMAT:
             raise FileFormatError(f"format {values['format']!r}; this version reads format {_FORMAT}")
-        fields = _of_kinds(values, {"reward": str, "parameters": dict, "on_deadlock": str | None,
+        fields = _of_kinds({"workers": 0} | dict(values), {"reward": str, "parameters": dict, "on_deadlock": str | None,
                                     "on_termination": str, "num_envs": int, "agent": str, "env_spec": dict,
-                                    "hyperparameters": dict, "agent_reason": str | None})  # fmt: skip
+                                    "hyperparameters": dict, "agent_reason": str | None,
+                                    "workers": int})  # fmt: skip
         config = hyperparameters(fields["agent"], fields["hyperparameters"])
         kinds: dict[str, Any] = {"env": str, "arguments": dict, "labels": str | None, "max_episode_steps": int | None,
                                  "initial_label": str, "discretise": int | None}  # fmt: skip

@@ -225,7 +225,7 @@ class RunFolder:
 
     def vector_env(self) -> LTLVectorWrapper:
         """The environments of the run."""
-        return self.config.env_spec.vector(self.task, self.config.num_envs)
+        return self.config.env_spec.vector(self.task, self.config.num_envs, self.config.workers)
 
     def check(self, given: Collection[str] = ()) -> Any:
         """Make everything once, so that wrong input is found before anything is written.

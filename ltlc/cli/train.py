@@ -57,6 +57,10 @@ NumEnvs = Annotated[
         show_default="64, or fewer where steps are few; thesis 1",
     ),
 ]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", min=0, metavar="N", help="Processes that step slow environments.", show_default="0"),
+]
 Seed = Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of everything that is random.")]
 Device = Annotated[
     str | None,
@@ -99,6 +103,7 @@ def train(
     hyper: Hyper = None,
     steps: Steps = None,
     num_envs: NumEnvs = None,
+    workers: Workers = None,
     seed: Seed = 0,
     device: Device = None,
     config: Config = "default",
@@ -139,6 +144,7 @@ def train(
             parameters=spec.parameters_of(set_, reward),
             on_deadlock=on_deadlock,
             on_termination=on_termination,
+            workers=workers or 0,
         )
         _check_actions(frame.env_spec)
         agent, reason = _chosen(agent, frame, automaton, hyper, config, device)
@@ -149,6 +155,8 @@ def train(
     with run:
         if resume and device is not None:
             run.move_to(device)
+        if resume and workers is not None:
+            run.config = replace(run.config, workers=workers)
         raise typer.Exit(_train(run, resume, quiet or json_, json_, memory))
 
 

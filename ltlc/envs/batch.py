@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +33,48 @@ def part(space: spaces.Space[Any], observations: Any, chosen: Any) -> Any:
     if isinstance(observations, np.ndarray) or np.ndim(chosen) == 0:
         return observations[chosen]
     return tuple(observations[i] for i in chosen)
+
+
+def joined(space: spaces.Space[Any], batches: Sequence[Any]) -> Any:
+    """Batches of observations one after the other, as one batch.
+
+    Args:
+        space: of a single observation.
+        batches: at least one.
+    """
+    if isinstance(space, spaces.Dict):
+        return {key: joined(inner, [batch[key] for batch in batches]) for key, inner in space.items()}
+    if isinstance(space, spaces.Tuple):
+        return tuple(joined(inner, [batch[i] for batch in batches]) for i, inner in enumerate(space))
+    if isinstance(batches[0], np.ndarray):
+        return np.concatenate(batches)
+    return tuple(observation for batch in batches for observation in batch)
+
+
+def joined_infos(parts: Sequence[dict[str, Any]], sizes: Sequence[int]) -> dict[str, Any]:
+    """Batched infos one after the other, as one; what some lack is 0, False or None there.
+
+    Args:
+        parts: infos of some sub-environments each.
+        sizes: how many they are.
+    """
+    whole: dict[str, Any] = {}
+    for key in dict.fromkeys(key for infos in parts for key in infos):
+        values = [infos.get(key) for infos in parts]
+        first = next(value for value in values if value is not None)
+        if isinstance(first, dict):
+            whole[key] = joined_infos([value or {} for value in values], sizes)
+        elif isinstance(first, np.ndarray) and first.ndim:
+            kinds = {value.dtype for value in values if value is not None}
+            kind = kinds.pop() if len(kinds) == 1 else np.dtype(object)
+            missing = [np.zeros((size, *first.shape[1:]), dtype=kind) for size in sizes]
+            for blank in missing if kind.hasobject else ():
+                blank[:] = None
+            pairs = zip(values, missing, strict=True)
+            whole[key] = np.concatenate([blank if value is None else value.astype(kind) for value, blank in pairs])
+        else:
+            whole[key] = first
+    return whole
 
 
 def select(infos: Any, chosen: Any) -> Any:

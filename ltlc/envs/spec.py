@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
-from functools import cached_property, wraps
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property, partial, wraps
 from typing import Any
 
 import gymnasium as gym
@@ -27,6 +27,7 @@ from ltlc.envs.tabular import (
     with_labels_of,
 )
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
+from ltlc.envs.workers import WorkerVectorEnv
 from ltlc.envs.wrapper import InitialLabel
 from ltlc.errors import InvalidArgumentError, LtlcError, MissingProgramError, UnknownNameError
 from ltlc.mdp import LabelledMDP
@@ -131,8 +132,13 @@ class EnvSpec:
         """Whether the actions of the environment itself are continuous."""
         return isinstance(self.single.action_space, gym.spaces.Box)
 
-    def vector(self, task: Task, num_envs: int) -> LTLVectorWrapper:
+    def vector(self, task: Task, num_envs: int, workers: int = 0) -> LTLVectorWrapper:
         """Many environments with the task around them.
+
+        Args:
+            task: the task.
+            num_envs: how many.
+            workers: processes that step them, each its share; 0: they are stepped here.
 
         Raises:
             UnknownNameError: the formula speaks of something that no label produces.
@@ -140,16 +146,28 @@ class EnvSpec:
         """
         if num_envs < 1:
             raise InvalidArgumentError(f"{num_envs} environments; at least 1 is needed")
-        arguments = dict(self.arguments) | {"max_episode_steps": self.episode_steps}
-        source = self.label_source
-        if source is None and self._spec.vector_entry_point is not None:
-            envs = _made(self._spec, arguments, num_envs)
+        if workers < 0:
+            raise InvalidArgumentError(f"workers is {workers}; it must be at least 0")
+        envs: VectorEnv[Any, Any, Any]
+        if workers:
+            envs = WorkerVectorEnv(partial(replace(self)._one_by_one, task.aps), num_envs, workers)
+        elif self.label_source is None and self._spec.vector_entry_point is not None:
+            envs = _made(self._spec, self._all_arguments, num_envs)
         else:
-            wrappers = [] if source is None else [_Labelled.around(source, task.aps)]
-            envs = _made(self._spec, arguments, num_envs, vectorization_mode="sync", wrappers=wrappers)
+            envs = self._one_by_one(task.aps, num_envs)
         if self.discretise is not None:
             envs = DiscretisedVectorActions(envs, self.discretise)
         return LTLVectorWrapper(envs, task, initial_label=self.initial_label)
+
+    def _one_by_one(self, aps: tuple[str, ...], num_envs: int) -> Any:
+        """So many environments that are stepped one by one, with labels over these propositions."""
+        source = self.label_source
+        wrappers = [] if source is None else [_Labelled.around(source, aps)]
+        return _made(self._spec, self._all_arguments, num_envs, vectorization_mode="sync", wrappers=wrappers)
+
+    @property
+    def _all_arguments(self) -> dict[str, Any]:
+        return dict(self.arguments) | {"max_episode_steps": self.episode_steps}
 
     @property
     def default_arguments(self) -> dict[str, Any]:
