@@ -19,7 +19,8 @@ from ..training.memory import check_memory
 from ..value_agent import ValueAgent
 from .config import FittedQConfig
 from .numbering import Numbering
-from .table import BYTES_PER_ENTRY, LARGEST, LAST_SWEEPS, SWEEPS, QTable, VisitCounts, fit
+from .table import BYTES_PER_ENTRY, LARGEST, LAST_SWEEPS, SWEEPS, QTable, fit
+from .visits import VisitCounts
 
 _TIE = 1e-12
 """values of a table that differ by less are alike, in units of the reward scale."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,12 +11,11 @@ import torch
 from scipy import sparse
 from torch import Tensor, nn
 
-from ltlc.errors import InvalidArgumentError, TrainingDiverged
 from ltlc.rewards import RewardTables
 
 from ..training.contents import Content
-from ..transitions import TransitionBatch
 from .numbering import Numbering
+from .visits import Outcomes, VisitCounts, sums_of
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
@@ -26,10 +24,6 @@ LARGEST = 50_000_000
 """entries of a table, at most."""
 BYTES_PER_ENTRY = 64
 """of memory while it is fitted: values, novelty, their successors, and what follows each of them."""
-GROWTH = 1.2
-"""a table is fitted anew whenever there is this many times the experience of the last fit."""
-NEWS, SOONER = 1.05, 1.02
-"""so it is where this many times the observations were seen, when there is so many times the experience."""
 SWEEPS, LAST_SWEEPS = 1_000, 100_000
 """sweeps of a fit at most, while training and at its end."""
 WORK = 5e9
@@ -40,8 +34,6 @@ TOLERANCE = 1e-15
 """a fit is done when a sweep changes no value by more."""
 FAR = 0.95
 """discount of novelty that lies ahead."""
-_NUMBERS = ("added", "fitted", "fitted_rows")
-"""of the experience, that are kept in checkpoints."""
 _NOVELTY_SWEEPS = 100
 _SWEEPS_PER_CHECK = 50
 
@@ -127,141 +119,6 @@ class QTable(nn.Module):
         return {"values": each, "uncertainty": (n_rows + 1, self.n_actions), "exploration_bonus": each}
 
 
-class VisitCounts:
-    """Environment steps, equal ones counted; takes the place of a `ReplayBuffer`, but forgets nothing.
-
-    Args:
-        numbering: of the observations, empty.
-        n_actions: number of actions.
-        n_classes: number of letter classes.
-
-    Raises:
-        InvalidArgumentError: there could be more different steps than can be numbered.
-    """
-
-    def __init__(self, numbering: Numbering, n_actions: int, n_classes: int) -> None:
-        self.numbering = numbering
-        self.shape = (numbering.capacity, n_actions, numbering.capacity, n_classes, 2)
-        if math.prod(self.shape) >= 2**63:
-            raise InvalidArgumentError(
-                f"{numbering.capacity} observations, {n_actions} actions and {n_classes} classes of letters are too "
-                "many for a table; take the agent 'double-dqn'"
-            )
-        self.added = 0
-        """steps ever added."""
-        self.fitted = 0
-        """steps there were when a table was last fitted."""
-        self.fitted_rows = 0
-        """observations there were then."""
-        self._key: IntArray = np.zeros(0, dtype=np.int64)
-        self._count: FloatArray = np.zeros(0)
-        self._paid: FloatArray = np.zeros(0)
-        self._new: list[tuple[IntArray, FloatArray]] = []
-
-    def __len__(self) -> int:
-        return self.added
-
-    @property
-    def due(self) -> bool:
-        """Whether there is enough that is new for the table to be fitted."""
-        news = len(self.numbering) > NEWS * self.fitted_rows and self.added >= SOONER * self.fitted
-        return news or self.added >= GROWTH * self.fitted
-
-    def add(self, steps: TransitionBatch) -> None:
-        """Count steps.
-
-        Raises:
-            TrainingDiverged: a reward of the environment itself is not finite.
-        """
-        if not np.isfinite(steps.base_reward).all():
-            raise TrainingDiverged("the environment pays rewards that are NaN or infinite; repair or wrap it")
-        observation, following = self.numbering.add(steps.observation), self.numbering.add(steps.next_observation)
-        parts = (observation, steps.action, following, steps.letter_class, steps.terminated.astype(np.int64))
-        self._new.append((np.ravel_multi_index(parts, self.shape).astype(np.int64), steps.base_reward))
-        self.added += len(steps.action)
-
-    def outcomes(self) -> Outcomes:
-        """What was seen to follow each observation and action."""
-        self._merge()
-        observation, action, following, letter_class, terminated = np.unravel_index(self._key, self.shape)
-        n_rows = len(self.numbering)
-        pair = action * n_rows + observation
-        tries = _sums(pair, self._count, n_rows * self.shape[1])
-        weight = self._count / tries[pair]
-        return Outcomes(tries, pair, following, letter_class, terminated == 1, weight, self._paid / self._count)
-
-    def _merge(self) -> None:
-        if not self._new:
-            return
-        key = np.concatenate([self._key, *(key for key, _ in self._new)])
-        count = np.concatenate([self._count, np.ones(len(key) - len(self._key))])
-        paid = np.concatenate([self._paid, *(paid for _, paid in self._new)])
-        self._key, where = np.unique(key, return_inverse=True)
-        self._count, self._paid = _sums(where, count, len(self._key)), _sums(where, paid, len(self._key))
-        self._new = []
-
-    def state_dict(self) -> dict[str, Tensor]:
-        """The counts, and the observations they are of."""
-        self._merge()
-        arrays = {"key": self._key, "count": self._count, "paid": self._paid}
-        numbers = {name: torch.tensor(getattr(self, name)) for name in _NUMBERS}
-        rows = {"observations": self.numbering.rows()}
-        return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()} | numbers | rows
-
-    def check_state(self, content: Content) -> None:
-        """Check what `state_dict` gave, read from a file.
-
-        Raises:
-            FileFormatError: the counts are of something else.
-        """
-        names = {"key", "count", "paid", "observations", *_NUMBERS}
-        content.check(content.members().keys() == names, "is of another kind of experience")
-        key, count = content["key"].indices(torch.int64, None, math.prod(self.shape)), content["count"]
-        seen = self.numbering.check(content["observations"])
-        observation, _, following, _, _ = np.unravel_index(key.numpy(), self.shape)
-        known = max(observation.max(initial=-1), following.max(initial=-1)) < seen
-        content["key"].check(bool(known), "has a step of an observation that is not listed")
-        content["key"].check(key.ndim == 1 and bool((key.diff() > 0).all()), "is not a list in ascending order")
-        for part in (count, content["paid"]):
-            part.tensor(torch.float64, tuple(key.shape))
-        count.check(bool((count.value >= 1).all()), "has a number below 1")
-        for name in _NUMBERS:
-            content[name].indices(torch.int64, (), 2**62)
-
-    def load_state_dict(self, state: dict[str, Tensor]) -> None:
-        """Go back to what `state_dict` gave.
-
-        Raises:
-            InvalidArgumentError: the counts are of something else.
-        """
-        if "key" not in state or state["observations"].shape[1:] != (self.numbering.width,):
-            raise InvalidArgumentError("the experience in the checkpoint is of another kind")
-        self.numbering.load(state["observations"])
-        self._key, self._count, self._paid = (state[name].numpy().copy() for name in ("key", "count", "paid"))
-        self._new = []
-        for name in _NUMBERS:
-            setattr(self, name, int(state[name]))
-
-
-@dataclass(frozen=True, eq=False)
-class Outcomes:
-    """What was seen to follow each observation and action: an entry of the arrays for each outcome."""
-
-    tries: FloatArray
-    """shape (n_actions * n_rows,); how often each action was tried at each observation."""
-    pair: IntArray
-    """what it is an outcome of: action * n_rows + observation."""
-    following: IntArray
-    """the next observation."""
-    letter_class: IntArray
-    terminated: npt.NDArray[np.bool_]
-    """whether the environment ended the episode."""
-    weight: FloatArray
-    """how often it followed, as a part of the times the pair was tried."""
-    paid: FloatArray
-    """mean reward of the environment itself."""
-
-
 def fit(
     table: QTable, counts: VisitCounts, tables: RewardTables, learned: IntArray, scale: float, sweeps: int
 ) -> float:
@@ -342,7 +199,7 @@ def _targets(
     goes_on = tables.expected_discount[here, letter_class]
     final = np.where(over, goes_on * tables.final_value[here, letter_class], 0.0)
     paid = outcomes.weight[:, None] * (tables.expected_reward[here, letter_class] + final + outcomes.paid[:, None])
-    reward = _sums(source.ravel(), paid.ravel(), math.prod(shape)).reshape(shape)
+    reward = sums_of(source.ravel(), paid.ravel(), math.prod(shape)).reshape(shape)
     weight = outcomes.weight[:, None] * goes_on * ~over
     target = outcomes.following[:, None] * k + position[tables.next_state[here, letter_class]]
     used = weight > 0
@@ -359,8 +216,3 @@ def _best(values: FloatArray, tables: RewardTables, learned: IntArray, position:
         can = committed >= 0
         best[:, can] = np.maximum(best[:, can], values[:, position[committed[can]]])
     return best
-
-
-def _sums(group: IntArray, values: FloatArray, n_groups: int) -> FloatArray:
-    """The sum of the values of each group, shape (n_groups,)."""
-    return np.bincount(group, values, minlength=n_groups).astype(np.float64)

@@ -26,7 +26,8 @@ from ltlc.agents import (
 )
 from ltlc.agents.double_dqn.replay import ReplayBuffer
 from ltlc.agents.fitted_q.numbering import Numbering
-from ltlc.agents.fitted_q.table import QTable, VisitCounts
+from ltlc.agents.fitted_q.table import QTable
+from ltlc.agents.fitted_q.visits import VisitCounts
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import GridWorld, LTLVectorWrapper, VectorGridWorld, labelled_mdp
 from ltlc.errors import FileFormatError, InvalidArgumentError, MemoryLimitExceeded, TrainingDiverged
