@@ -141,8 +141,11 @@ class ValueAgent(ABC):
 
     def evaluate(self, network: nn.Module, packed: npt.NDArray[Any], states: IntArray | None) -> Tensor:
         """Value all actions by a network, those that choose a Rabin pair included; see `q_values`."""
+        return self.evaluate_inputs(network, self.network_inputs(torch.from_numpy(packed).to(self.device)), states)
+
+    def evaluate_inputs(self, network: nn.Module, inputs: Tensor, states: IntArray | None) -> Tensor:
+        """Do as `evaluate` does, for what `network_inputs` gave."""
         tables = self.tensor_tables
-        inputs = self.network_inputs(torch.from_numpy(packed).to(self.device))
         if states is None:
             values: Tensor = network(inputs, None)
             if tables.n_options == 1:

@@ -108,17 +108,18 @@ class FittedQ(ValueAgent):
         others are greedy but for what the values may be wrong by. Draws the same amount from the generator whatever
         happens.
         """
-        n, row = len(packed), torch.from_numpy(self.table.find(packed))
-        random = torch.randint(self.n_actions, (n,), generator=generator)
-        chance = torch.rand(n, generator=generator, dtype=torch.float64)
-        uncertainty = self.table.uncertainty[row].repeat(1, self.tensor_tables.n_options)
-        known = self.evaluate(self.table, packed, states) + uncertainty
-        bonus = self.table.exploration_bonus[row, torch.from_numpy(states)]
-        known, bonus = (v + _TIE * torch.rand(v.shape, generator=generator, dtype=v.dtype) for v in (known, bonus))
-        wandering = torch.tensor(_WANDERING, dtype=torch.float64)[torch.arange(n) % len(_WANDERING)]
-        seeker = torch.where(chance < wandering, random, bonus.argmax(dim=-1))
-        seeks = torch.arange(n) + 0.5 < epsilon * n
-        return torch.where(seeks, seeker, known.argmax(dim=-1)).numpy()
+        n, row = len(packed), self.table.find(packed)
+        random = torch.randint(self.n_actions, (n,), generator=generator).numpy()
+        chance = torch.rand(n, generator=generator, dtype=torch.float64).numpy()
+        uncertainty, bonus = (t.numpy() for t in (self.table.uncertainty, self.table.exploration_bonus))
+        known = self.evaluate_inputs(self.table, torch.from_numpy(row), states).numpy()
+        known = known + np.tile(uncertainty[row], self.tensor_tables.n_options)
+        known, bonus = (
+            v + _TIE * torch.rand(v.shape, generator=generator, dtype=torch.float64).numpy()
+            for v in (known, bonus[row, states])
+        )
+        seeker = np.where(chance < np.resize(_WANDERING, n), random, bonus.argmax(axis=-1))
+        return np.where(np.arange(n) + 0.5 < epsilon * n, seeker, known.argmax(axis=-1))
 
     def learn(self, memory: VisitCounts, steps: int, rounds: int, generator: torch.Generator) -> list[float]:
         """Fit the table, if there is enough new experience; returns the largest change of the last sweep."""
