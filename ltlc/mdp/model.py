@@ -121,8 +121,7 @@ class LabelledMDP:
         """The distribution of the first state, shape (n_states,)."""
         if self.initial_distribution is not None:
             return self.initial_distribution
-        start = np.zeros(self.n_states)
-        start[self.initial_state] = 1.0
+        start: FloatArray = np.eye(1, self.n_states, self.initial_state)[0]
         return start
 
     @cached_property
@@ -146,9 +145,8 @@ class LabelledMDP:
     @cached_property
     def with_final_letters(self) -> tuple[LabelledMDP, IntArray]:
         """The same process with a terminal state for each letter that one may show, and the state behind each."""
-        return split_by_letter(
-            self, np.zeros(self.n_states, dtype=np.bool_) if self.terminal is None else self.terminal
-        )
+        ended = np.zeros(self.n_states, dtype=np.bool_) if self.terminal is None else self.terminal
+        return split_by_letter(self, ended)
 
     def state_name(self, state: int | np.integer[Any]) -> str:
         """The state for a message: its number, and its name where it has one."""
