@@ -6,7 +6,7 @@ the bits of an integer. The graph of a Rabin automaton uses bit 2i for Fin and b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple, TypeVar
 
@@ -57,7 +57,11 @@ def accepting_parts(
     for within in [range(len(edges))] if components is None else components:
         if len(within) <= _MAX_MASK:
             index = {node: i for i, node in enumerate(within)}
-            rows = [[(1 << index[t], marks) for t, marks in edges[node] if t in index] for node in within]
+            rows: list[dict[int, int]] = [{} for _ in within]
+            for row, node in zip(rows, within, strict=True):
+                for target, marks in edges[node]:
+                    if target in index:
+                        row[marks] = row.get(marks, 0) | 1 << index[target]
             for mask, avoided, needed in _accepting(partial(_parts_of_mask, rows), (1 << len(rows)) - 1, acceptance):
                 yield AcceptingPart(tuple([within[i] for i in graph.bits(mask)]), avoided, needed)
         else:
@@ -175,20 +179,20 @@ def _parts_of_list(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> It
             yield [nodes[i] for i in members], seen
 
 
-def _parts_of_mask(rows: MarkedGraph, nodes: int, avoided: int) -> Iterator[tuple[int, int]]:
-    """As `_parts_of_list`, with nodes 0, 1, ...; sets of them, and the targets in the rows, are bit masks."""
+def _parts_of_mask(rows: Sequence[Mapping[int, int]], nodes: int, avoided: int) -> Iterator[tuple[int, int]]:
+    """As `_parts_of_list`, with nodes 0, 1, ... and sets of them as bit masks; a row has the targets by marks."""
     check_time()
     successors = [0] * len(rows)
     for node in graph.bits(nodes):
-        targets = 0
-        for target, marks in rows[node]:
+        reached = 0
+        for marks, targets in rows[node].items():
             if not marks & avoided:
-                targets |= target
-        successors[node] = targets
+                reached |= targets
+        successors[node] = reached
     for part in graph.strong_sets(successors, nodes):
         seen = 0
         for node in graph.bits(part):
-            for target, marks in rows[node]:
-                if target & part and not marks & avoided:
+            for marks, targets in rows[node].items():
+                if targets & part and not marks & avoided:
                     seen |= marks
         yield part, seen
