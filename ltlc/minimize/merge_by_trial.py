@@ -53,7 +53,10 @@ def merge_by_trial(automaton: DRA, effort: int = EFFORT, *, reference: DRA | Non
 
 
 def _merging(automaton: DRA, effort: int, reference: DRA | None) -> Iterator[DRA]:
-    """The automaton in canonical form, and after each merging."""
+    """The automaton in canonical form, and after each merging.
+
+    What was refuted is not tried again after the next merging: hardly ever does that make a difference.
+    """
     current = automaton if CANONICAL in automaton.forms else canonical(automaton)
     yield current
     if effort <= 0:
@@ -96,7 +99,7 @@ class _Word:
 
     Attributes:
         letters: of the prefix, and of the cycle.
-        accepted: by the language of which states of the reference.
+        accepted: whether it is, from each state of the reference that was asked for.
         classes: of these letters, in the automaton.
     """
 
