@@ -9,6 +9,8 @@ OLDEST := .venv-oldest
 # those that load no PyTorch
 OLDEST_TESTS = $(shell grep -LE '^(from|import) (torch|ltlc\.agents|ltlc\.cli)' $(wildcard $(addprefix tests/, \
 	envs/*.py rewards/*.py ltl/*.py translate/test_[op]*.py formats/test_hoa.py mdp/test_model.py)))
+# A worker of pytest-xdist for each core; none of them needs more than a thread.
+PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist worksteal
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-fast test-oldest check format clean
@@ -20,10 +22,10 @@ demo: $(INSTALLED)  ## compile a task, draw it, judge two words, learn it
 	@$(BIN)/python examples/demo.py
 
 test: $(INSTALLED) $(PEERS)  ## run all tests
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 test-fast: $(INSTALLED)  ## run the tests that take a minute in all
-	$(BIN)/python -m pytest -q -m "not (slow or peer or build)"
+	$(PYTEST) -q -m "not (slow or peer or build)"
 
 test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed
 	$(OLDEST)/bin/python -m pytest $(OLDEST_TESTS)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 
 import numpy as np
 from random_ltl import random_formula
+from scipy import sparse
 
 from ltlc.ltl import Formula, parse
 from ltlc.mdp import LabelledMDP
@@ -49,6 +51,19 @@ def random_world(rng: np.random.Generator, *, ends: float = 0.35, chance: float 
         }
         labels.append(sure | drawn)
     return LabelledMDP.from_arrays(p, aps=NAMES, labels=labels, terminal=terminal)
+
+
+def united(worlds: Sequence[LabelledMDP]) -> LabelledMDP:
+    """Random worlds side by side; it begins in each as probably, so what it comes to is the mean of theirs."""
+    letters = np.unique(np.concatenate([world.letters for world in worlds]))
+    labels = [world.label_probability @ (world.letters[:, None] == letters) for world in worlds]
+    moves = zip(*(world.transitions for world in worlds), strict=True)
+    return LabelledMDP(
+        NAMES, tuple(sparse.csr_array(sparse.block_diag(move)) for move in moves), letters,
+        sparse.csr_array(np.concatenate(labels)),
+        initial_distribution=np.concatenate([world.start for world in worlds]) / len(worlds),
+        terminal=np.concatenate([world.terminal for world in worlds]),
+    )  # fmt: skip
 
 
 def random_task(rng: random.Random) -> Formula:

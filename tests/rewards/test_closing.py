@@ -33,27 +33,31 @@ DISCOUNTED = {
 SEVERAL_PAIRS = ("FG a | GF b", "(FG a & GF b) | (FG !a & FG b)", "(FG a | GF b) & (FG b | GF !a)", "X(FG a | FG b)")
 
 
-def simulated(tables: RewardTables, q: int, c: int, steps: int = 3000) -> float:
-    """The rewards of reading class c for so long, discounted, when no pair is chosen any more."""
-    total, weight = 0.0, 1.0
+def simulated(tables: RewardTables, steps: int = 3000) -> np.ndarray:
+    """The rewards of reading class c for so long from state q, discounted, when no pair is chosen any more."""
+    c = np.arange(tables.n_classes)
+    paid, weight = tables.reward + tables.stop * tables.stop_reward, (1 - tables.stop) * tables.discount
+    total = np.zeros_like(paid)
     for _ in range(steps):
-        total += weight * (tables.reward[q, c] + tables.stop[q, c] * tables.stop_reward[q, c])
-        weight *= (1 - tables.stop[q, c]) * tables.discount[q, c]
-        q = int(tables.next_state[q, c])
-        if weight < 1e-15:
+        total, before = paid + weight * total[tables.next_state, c], total
+        if np.array_equal(total, before):
             break
     return total
 
 
-def best_simulated(tables: RewardTables, q: int, c: int) -> float:
+def best_simulated(tables: RewardTables) -> np.ndarray:
     """The best of choosing a pair after any number of steps, and of never choosing."""
-    options, total, weight = [simulated(tables, q, c)], 0.0, 1.0
-    for _ in range(2 * tables.n_states):
-        options += [total + weight * simulated(tables, p, c) for p in tables.select_pair[q].tolist() if p >= 0]
-        total += weight * (tables.reward[q, c] + tables.stop[q, c] * tables.stop_reward[q, c])
-        weight *= (1 - tables.stop[q, c]) * tables.discount[q, c]
-        q = int(tables.next_state[q, c])
-    return max(options)
+    later = simulated(tables)
+    best = later.copy()
+    for start, c in entries(tables):
+        q, total, weight = start, 0.0, 1.0
+        for _ in range(2 * tables.n_states):
+            options = [total + weight * later[p, c] for p in tables.select_pair[q].tolist() if p >= 0]
+            best[start, c] = max([best[start, c], *options])
+            total += weight * (tables.reward[q, c] + tables.stop[q, c] * tables.stop_reward[q, c])
+            weight *= (1 - tables.stop[q, c]) * tables.discount[q, c]
+            q = int(tables.next_state[q, c])
+    return best
 
 
 def entries(tables: RewardTables) -> itertools.product[tuple[int, int]]:
@@ -68,8 +72,7 @@ def test_a_letter_for_ever_is_worth_what_a_long_simulation_earns(name: str) -> N
         dra = ltlc.compile(rng.choice(SEVERAL_PAIRS) if case % 3 == 0 else random_formula(rng, rng.randint(2, 8)))
         tables = DISCOUNTED[name].compile(dra, MODES[case % 3])
         assert tables.on_termination == "repeat"
-        for q, c in entries(tables):
-            assert tables.closing[q, c] == pytest.approx(best_simulated(tables, q, c), abs=1e-9, rel=1e-9)
+        assert tables.closing == pytest.approx(best_simulated(tables), abs=1e-9, rel=1e-9)
 
 
 def random_tables(rng: np.random.Generator, n: int, discounts: tuple[float, ...], choices: bool) -> RewardTables:
@@ -98,8 +101,7 @@ def test_any_tables_against_simulation(choices: bool) -> None:
         tables = random_tables(rng, int(rng.integers(2, 9)), (0.0, 0.5, 0.9), choices)
         values = closing_values(tables)
         assert values is not None
-        for q, c in entries(tables):
-            assert values[q, c] == pytest.approx(best_simulated(tables, q, c), abs=1e-9)
+        assert values == pytest.approx(best_simulated(tables), abs=1e-9)
 
 
 def pays_for_ever(tables: RewardTables, q: int, c: int) -> bool:
@@ -126,8 +128,7 @@ def test_sums_without_a_value_are_found() -> None:
         assert (values is None) == endless
         found[endless] += 1
         if values is not None:
-            for q, c in entries(tables):
-                assert values[q, c] == pytest.approx(simulated(tables, q, c), abs=1e-9)
+            assert values == pytest.approx(simulated(tables), abs=1e-9)
     assert min(found.values()) > 50
 
 

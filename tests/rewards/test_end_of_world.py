@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,12 +13,13 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from random_ltl import random_formula
-from random_worlds import random_task, random_world
+from random_worlds import random_task, random_world, united
 from scipy import sparse
 
 import ltlc
 from ltlc.agents import FittedQConfig, Progress, greedy_policy, train
 from ltlc.agents.tabular.config import FuTopcuConfig, QLearningConfig, SadighConfig, WangConfig
+from ltlc.automata import DRA
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, labelled_mdp
 from ltlc.faithful import Candidate, faithfulness
 from ltlc.mdp import (
@@ -89,41 +91,48 @@ def test_the_default_reward_on_the_frozen_lake_as_gymnasium_makes_it(size: str) 
         assert judge.satisfaction(judge.optimal_policy) >= judge.maximum.probability - 1e-3, formula
 
 
-def check_faithful(seed: int, candidates: tuple[Candidate, ...]) -> None:
-    """Optimal policies of all candidates in a random world that ends attain Pmax."""
-    mdp, formula = random_world(np.random.default_rng(seed)), random_task(random.Random(seed))
-    report = faithfulness(mdp, formula, candidates)
-    for row in report.rows:
-        if row.satisfaction is None:
-            assert "colours with epsilon" in (row.problem or ""), (seed, row)
-        else:
-            assert row.satisfaction >= report.maximum - 1e-3, (seed, str(formula), row)
+def check_faithful(seeds: Sequence[int], candidates: tuple[Candidate, ...]) -> None:
+    """Optimal policies of all candidates in random worlds that end, one for each seed, attain Pmax.
+
+    Worlds of the same automaton are solved side by side. In none can a policy exceed Pmax, so its mean over k worlds is
+    short by at most 1e-3 / k only where it is short by at most 1e-3 in each.
+    """
+    groups: dict[str, tuple[DRA, list[LabelledMDP]]] = {}
+    for seed in seeds:
+        automaton = replace(ltlc.compile(random_task(random.Random(seed))), formula=None, translator=None)
+        worlds = groups.setdefault(automaton.to_json(), (automaton, []))[1]
+        worlds.append(random_world(np.random.default_rng(seed)))
+    for automaton, worlds in groups.values():
+        report = faithfulness(united(worlds), automaton, candidates)
+        for row in report.rows:
+            if row.satisfaction is None:
+                assert "colours with epsilon" in (row.problem or ""), (seeds, row)
+            else:
+                assert row.satisfaction >= report.maximum - 1e-3 / len(worlds), (seeds, automaton.to_json(), row)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", range(2))
+def test_optimal_policies_in_worlds_that_end_attain_the_maximum(block: int) -> None:
+    check_faithful(range(100 * block, 100 * block + 100), NEAR_THE_LIMIT)
+
+
+@pytest.mark.slow
+def test_so_do_those_of_shaped_rewards() -> None:
+    check_faithful(range(500, 600), SHAPED)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(10))
-def test_optimal_policies_in_worlds_that_end_attain_the_maximum(block: int) -> None:
-    for seed in range(20 * block, 20 * block + 20):
-        check_faithful(seed, NEAR_THE_LIMIT)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("block", range(5))
-def test_so_do_those_of_shaped_rewards(block: int) -> None:
-    for seed in range(500 + 20 * block, 520 + 20 * block):
-        check_faithful(seed, SHAPED)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("block", range(20))
 def test_so_it_is_in_two_thousand_worlds(block: int) -> None:
-    for seed in range(1000 + 100 * block, 1100 + 100 * block):
-        check_faithful(seed, (*NEAR_THE_LIMIT, *SHAPED))
+    formulas = {seed: str(random_task(random.Random(seed))) for seed in range(1000, 3000)}
+    alike = sorted(formulas, key=lambda seed: (len(formulas[seed]), formulas[seed]))
+    check_faithful(alike[200 * block : 200 * block + 200], (*NEAR_THE_LIMIT, *SHAPED))
 
 
 def test_ties_do_not_keep_policy_iteration_going() -> None:
     """Rounding once made two equally good policies take turns here for ever."""
-    check_faithful(1267, NEAR_THE_LIMIT[:2])
+    check_faithful([1267], NEAR_THE_LIMIT[:2])
 
 
 def by_hand(mdp: LabelledMDP) -> LabelledMDP:
