@@ -24,7 +24,7 @@ demo: $(INSTALLED)  ## compile a task, draw it, judge two words, learn it
 test: $(INSTALLED) $(PEERS)  ## run all tests
 	$(PYTEST)
 
-test-fast: $(INSTALLED)  ## run the tests that take a minute in all
+test-fast: $(INSTALLED)  ## run the tests that take a minute at most
 	$(PYTEST) -q -m "not (slow or peer or build)"
 
 test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -154,6 +155,12 @@ def test_same_seed_same_weights_other_seed_others() -> None:
     assert not torch.equal(*(next(r.agent.q_network.parameters()) for r in (one, other)))
 
 
+@pytest.fixture(scope="module")
+def whole() -> TrainingResult:
+    """A short run that nothing interrupts, without a folder."""
+    return train(grid(), DQNConfig(**SHORT))
+
+
 class Killed(Exception):
     """Stands for a kill: nothing of the run gets a chance to clean up."""
 
@@ -214,8 +221,8 @@ SCRIPT = """
 
     os.replace = replace
     env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), Task("F A", reward="thesis"))
-    config = DQNConfig(hidden=(8,), batch_size=8, buffer_size=500, learning_starts=0, total_steps=3_000,
-                       checkpoint_every=1_000, log_every=500)
+    config = DQNConfig(hidden=(8,), batch_size=8, buffer_size=500, learning_starts=0, total_steps=1_200,
+                       checkpoint_every=400, log_every=200)
     train(env, config, folder=sys.argv[1])
 """
 
@@ -231,12 +238,12 @@ def test_kill_during_a_checkpoint_leaves_the_previous_one(tmp_path: Path) -> Non
     env = LTLVectorWrapper(VectorGridWorld("S.A", 4, max_episode_steps=20), Task("F A", reward="thesis"))
     seen: list[int] = []
     resumed = train(env, folder=tmp_path / "run", resume=True, callback=lambda p: seen.append(p.row.steps))
-    assert 1_500 <= seen[0] < 1_504 and resumed.steps >= 3_000  # a row comes with the first step of 4 that is due
+    assert 600 <= seen[0] < 604 and resumed.steps >= 1_200  # a row comes with the first step of 4 that is due
     assert_same(resumed.agent, train(env, resumed.agent.config).agent)
 
 
 @pytest.mark.slow
-def test_ctrl_c_stops_cleanly_and_can_be_resumed(tmp_path: Path) -> None:
+def test_ctrl_c_stops_cleanly_and_can_be_resumed(tmp_path: Path, whole: TrainingResult) -> None:
     config = DQNConfig(**SHORT)
 
     def interrupt(progress: Progress) -> None:
@@ -249,7 +256,7 @@ def test_ctrl_c_stops_cleanly_and_can_be_resumed(tmp_path: Path) -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     second = train(grid(), folder=tmp_path, resume=True)
     assert second.steps >= 2_500 and not second.interrupted
-    assert_same(second.agent, train(grid(), config).agent)
+    assert_same(second.agent, whole.agent)
     assert "interrupted" not in str(second)
     assert "nothing was written" in str(TrainingResult(second.agent, 1, 9, 1.0, True))
 
@@ -296,10 +303,17 @@ def test_threads_of_torch_are_put_back() -> None:
     assert before not in seen and torch.get_num_threads() == before
 
 
+@pytest.fixture(scope="module")
+def trained_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("trained") / "run"
+    train(grid(), DQNConfig(**SHORT | {"total_steps": 500}), folder=folder)
+    return folder
+
+
 @pytest.fixture
-def short_run(tmp_path: Path) -> Path:
-    train(grid(), DQNConfig(**SHORT | {"total_steps": 500}), folder=tmp_path / "run")
-    return tmp_path / "run"
+def short_run(trained_once: Path, tmp_path: Path) -> Path:
+    """A copy that a test may damage."""
+    return shutil.copytree(trained_once, tmp_path / "run")
 
 
 @pytest.mark.slow
@@ -338,7 +352,7 @@ def test_checkpoint_of_something_else_is_refused(short_run: Path) -> None:
 
 
 @pytest.mark.slow
-def test_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: TrainingResult) -> None:
     def fill_the_disk(progress: Progress) -> None:
         if progress.row.steps >= 1_500:
             monkeypatch.setattr("ltlc.agents.training.storage.atomic_write", full)
@@ -351,7 +365,7 @@ def test_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         train(grid(), config, folder=tmp_path, callback=fill_the_disk)
     assert failure.value.errno == errno.ENOSPC
     monkeypatch.undo()
-    assert_same(train(grid(), folder=tmp_path, resume=True).agent, train(grid(), config).agent)
+    assert_same(train(grid(), folder=tmp_path, resume=True).agent, whole.agent)
 
 
 class Poisoned(gym.Env[int, int]):

@@ -164,7 +164,7 @@ def test_every_kind_is_trained_saved_and_acts_the_same(kind: str, tmp_path: Path
         return LTLVectorWrapper(SyncVectorEnv([lambda: Room(kind)] * 2), Task("F goal"))
 
     config = DQNConfig(
-        total_steps=240, learning_starts=64, batch_size=32, hidden=(16,), log_every=60, checkpoint_every=120
+        total_steps=120, learning_starts=40, batch_size=32, hidden=(16,), log_every=30, checkpoint_every=60
     )
     agent = train(env(), config, folder=tmp_path / "whole").agent
     assert isinstance(agent, DoubleDQN) and agent.updates > 0
@@ -190,7 +190,7 @@ class Killed(BaseException):
 
 
 def kill(progress: Progress) -> None:
-    if progress.row.steps >= 180:
+    if progress.row.steps >= 90:
         raise Killed
 
 

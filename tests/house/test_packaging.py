@@ -50,7 +50,7 @@ def wheel_packages() -> dict[str, Path]:
 def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A clean copy: building in place would leave build/ behind, and pick up what an earlier build left there."""
     copy = tmp_path_factory.mktemp("checkout") / "ltlc"
-    skipped = shutil.ignore_patterns(".git", ".venv*", "build", "dist", "*.egg-info", "__pycache__", ".*_cache", "runs")
+    skipped = shutil.ignore_patterns(".*", "build", "dist", "*.egg-info", "__pycache__", "runs")
     shutil.copytree(ROOT, copy, ignore=skipped)
     return copy
 
