@@ -55,6 +55,8 @@ def random_world(rng: np.random.Generator, *, ends: float = 0.35, chance: float 
 
 def united(worlds: Sequence[LabelledMDP]) -> LabelledMDP:
     """Random worlds side by side; it begins in each as probably, so what it comes to is the mean of theirs."""
+    if len(worlds) == 1:
+        return worlds[0]
     letters = np.unique(np.concatenate([world.letters for world in worlds]))
     labels = [world.label_probability @ (world.letters[:, None] == letters) for world in worlds]
     moves = zip(*(world.transitions for world in worlds), strict=True)

@@ -111,6 +111,14 @@ def check_faithful(seeds: Sequence[int], candidates: tuple[Candidate, ...]) -> N
                 assert row.satisfaction >= report.maximum - 1e-3 / len(worlds), (seeds, automaton.to_json(), row)
 
 
+def test_worlds_side_by_side_come_to_the_mean_of_each() -> None:
+    worlds = [random_world(np.random.default_rng(seed)) for seed in range(20)]
+    automaton = ltlc.compile(GOAL_OR_DOCK[2].replace("goal", "a").replace("dock", "b"))
+    products = [Product(world, automaton) for world in (united(worlds), *worlds)]
+    mean, *each = (max_satisfaction_probability(product).probability for product in products)
+    assert mean == pytest.approx(np.mean(each)) and len({*each}) > 2
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(2))
 def test_optimal_policies_in_worlds_that_end_attain_the_maximum(block: int) -> None:
