@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ltlc.envs import LTLVectorWrapper
 from ltlc.rewards import RewardTables
+from ltlc.task import Task
 
 from .encoder import ObservationEncoder
 
@@ -47,6 +48,11 @@ class Agent(Protocol):
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, device: str | None = None) -> Self:
         """Read the policy that was saved; raises FileFormatError where it is damaged or of another agent."""
+        ...
+
+    @classmethod
+    def learned_task(cls, env: LTLVectorWrapper, config: Any) -> Task:
+        """The task of an environment, with the rewards that are learned from; those may be fitted to the agent."""
         ...
 
     @classmethod

@@ -48,6 +48,8 @@ class Leaf:
     """how many values each of its numbers has; empty where they are not whole numbers between bounds."""
     start: npt.NDArray[np.int64]
     """the least value of each, or of all of them."""
+    scale: tuple[Tensor, Tensor] | None
+    """centre and radius that its numbers are scaled by, float32; None: they are not."""
 
 
 class ObservationEncoder:
@@ -91,7 +93,7 @@ class ObservationEncoder:
             numbers = math.prod(part.shape or (1,))
             columns = slice(self.width, self.width + numbers * (np.dtype(kind).itemsize if self._in_bytes else 1))
             features = slice(self.n_features, self.n_features + n_features(part, mode))
-            self.leaves.append(Leaf(path, part, kind, columns, features, sizes, _start(part)))
+            self.leaves.append(Leaf(path, part, kind, columns, features, sizes, _start(part), _scale(part, mode)))
             self.width, self.n_features = columns.stop, features.stop
         self.discrete = all(leaf.sizes for leaf in self.leaves)
         self._sizes = [size for leaf in self.leaves for size in leaf.sizes] if self.discrete else []
@@ -161,14 +163,10 @@ class ObservationEncoder:
         if self.mode == "one-hot" and isinstance(leaf.space, spaces.Discrete | spaces.MultiDiscrete):
             return _one_hot(_from_zero(leaf, packed), leaf.sizes)
         flat = packed.to(torch.float32)
-        if self.mode == "raw" or not isinstance(leaf.space, spaces.Box):
+        if leaf.scale is None:
             return flat
-        low, high, bounded = bounds_of(leaf.space)
-        if not bounded.any():
-            return flat
-        low, high = np.where(bounded, low, -1.0), np.where(bounded, high, 1.0)
-        center, radius = (low + high) / 2, (high - low) / 2
-        return (flat - _like(center, flat)) / _like(radius, flat)
+        center, radius = (part.to(flat.device) for part in leaf.scale)
+        return (flat - center) / radius
 
 
 def n_features(space: spaces.Space[Any], mode: ObservationInput) -> int:
@@ -268,6 +266,17 @@ def _start(space: spaces.Space[Any]) -> npt.NDArray[np.int64]:
     if isinstance(space, spaces.Box) and _sizes(space):
         return space.low.ravel().astype(np.int64)
     return np.zeros(1, dtype=np.int64)
+
+
+def _scale(space: spaces.Space[Any], mode: ObservationInput) -> tuple[Tensor, Tensor] | None:
+    if mode == "raw" or not isinstance(space, spaces.Box):
+        return None
+    low, high, bounded = bounds_of(space)
+    if not bounded.any():
+        return None
+    low, high = np.where(bounded, low, -1.0), np.where(bounded, high, 1.0)
+    center, radius = (low + high) / 2, (high - low) / 2
+    return torch.from_numpy(center).float(), torch.from_numpy(radius).float()
 
 
 def _from_zero(leaf: Leaf, packed: Tensor) -> Tensor:

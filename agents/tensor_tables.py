@@ -8,8 +8,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ltlc.rewards import RewardTables
+from ltlc.rewards import RewardTables, ValueBounds
 
+_ALIKE = 1e-9
+"""bounds that are nearer to each other leave nothing to learn."""
 HORIZON = 100.0
 """steps a reward counts for in the automatic scale, at most."""
 
@@ -32,20 +34,36 @@ class TensorTables:
     """shape (n_states, 1 + n_choices), int64; the state itself, and the state after choosing each pair."""
     allowed: Tensor
     """shape (n_states, 1 + n_choices), bool; whether that can be done."""
+    least: Tensor
+    """shape (n_states,), float32; no value in the state is less; -inf where nothing is known."""
+    largest: Tensor
+    """shape (n_states,), float32; likewise."""
+    open: Tensor
+    """shape (n_open,), int64; those of the learned states in which values can differ."""
     scale: float
     """one unit of reward inside the networks."""
 
     @classmethod
-    def of(cls, tables: RewardTables, scale: float | None = None, device: str = "cpu") -> TensorTables:
+    def of(
+        cls,
+        tables: RewardTables,
+        scale: float | None = None,
+        device: str = "cpu",
+        bounds: ValueBounds | None = None,
+    ) -> TensorTables:
         """Make the tensors of a task.
 
         Args:
             tables: reward tables.
             scale: one unit of reward; None: see `reward_scale`.
             device: where they are to live.
+            bounds: of the values; None: nothing is known of them.
         """
         learned = reachable_states(tables)
         scale = scale or reward_scale(tables, learned)
+        unknown = np.full(tables.n_states, np.inf)
+        least, largest = (-unknown, unknown) if bounds is None else (bounds.least / scale, bounds.largest / scale)
+        differ = learned[(largest - least > _ALIKE)[learned]]
         options = np.hstack((np.arange(tables.n_states, dtype=np.int32)[:, None], tables.select_pair))
 
         def tensor(values: np.ndarray, dtype: torch.dtype) -> Tensor:
@@ -59,6 +77,9 @@ class TensorTables:
             learned=tensor(learned, torch.int64),
             options=tensor(options.clip(0), torch.int64),
             allowed=tensor(options >= 0, torch.bool),
+            least=tensor(least, torch.float32),
+            largest=tensor(largest, torch.float32),
+            open=tensor(differ, torch.int64),
             scale=scale,
         )
 

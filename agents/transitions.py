@@ -28,6 +28,11 @@ class TransitionBatch:
     """shape (n,), bool; whether the environment itself ended the episode. Truncation does not count."""
     next_observation: Any
     """shape (n, width), packed; after the action, never that of the following episode."""
+    copy: Any = None
+    """shape (n,), integer; the sub-environment, each at most once; None where steps were sampled."""
+    ended: Any = None
+    """shape (n,), bool; whether the episode is over, truncated ones included; None where steps were sampled."""
 
 
-FIELDS = tuple(TransitionBatch.__dataclass_fields__)
+FIELDS = tuple(TransitionBatch.__dataclass_fields__)[:-2]
+"""those of a single step, whatever was before and after."""

@@ -15,6 +15,7 @@ from torch import Tensor, nn
 
 from ltlc.envs import LTLVectorWrapper
 from ltlc.rewards import RewardTables
+from ltlc.task import Task
 
 from .config import ObservationInput, OffPolicyConfig
 from .encoder import ObservationEncoder
@@ -37,6 +38,10 @@ class Memory(Protocol):
 
     def add(self, steps: TransitionBatch) -> None:
         """Take in steps."""
+        ...
+
+    def cut(self) -> None:
+        """Take note that new episodes begin everywhere."""
         ...
 
     def state_dict(self) -> dict[str, Tensor]:
@@ -178,6 +183,19 @@ class ValueAgent(ABC):
         """Return the learning rate after so many environment steps; None: there is none."""
         return None
 
+    @classmethod
+    def fitted(cls, config: Any, interface: Interface) -> tuple[Any, RewardTables | None]:
+        """Fill in what the hyperparameters leave open, and say which reward tables to learn from.
+
+        Args:
+            config: the hyperparameters.
+            interface: of the environment.
+        """
+        return config, interface.tables
+
+    def begin(self) -> None:  # noqa: B027 - most agents keep nothing of an episode
+        """Take note that new episodes begin everywhere."""
+
     def check_memory(self, num_envs: int, *, copied: bool) -> Any:
         """Check that the experience of a training fits into memory.
 
@@ -232,6 +250,11 @@ class ValueAgent(ABC):
     # files
 
     @classmethod
+    def learned_task(cls, env: LTLVectorWrapper, config: Any) -> Task:
+        """The task of an environment, with the rewards that are learned from; those may be fitted to the agent."""
+        return env.task
+
+    @classmethod
     def check(cls, env: LTLVectorWrapper, config: Any) -> Any:
         """Make the agent once for an environment, so that wrong input is found; returns what `check_memory` does.
 
@@ -239,7 +262,8 @@ class ValueAgent(ABC):
             LtlcError: the environment, its task and the hyperparameters do not go together.
         """
         interface = Interface.of(env)
-        agent = cls(interface.space, interface.n_actions, interface.tables, config)
+        config, tables = cls.fitted(config, interface)
+        agent = cls(interface.space, interface.n_actions, tables, config)
         env.reset(seed=config.seed)
         return agent.check_memory(env.num_envs, copied=True)
 

@@ -100,6 +100,16 @@ class Task:
         used = np.unique(self.tables.discount[self.tables.stop < 1])
         return float(used[0]) if len(used) == 1 else None
 
+    def for_horizon(self, steps: int) -> Task:
+        """The task with the discounts of a learner that looks so many steps ahead, at least 2; 0: as it is.
+
+        Parameters of the rewards that somebody has set stay; see `RewardScheme.for_horizon`.
+        """
+        scheme = self.scheme.for_horizon(steps) if steps else self.scheme
+        if scheme == self.scheme:
+            return self
+        return Task(self.automaton, scheme, on_deadlock=self.on_deadlock, on_termination=self.on_termination)
+
     def __repr__(self) -> str:
         return f"<Task {self.formula or 'of an unnamed language'}: {self.automaton.n_states} states, {self.scheme}>"
 

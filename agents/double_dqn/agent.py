@@ -12,19 +12,33 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
+from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
-from ltlc.rewards import RewardTables
+from ltlc.rewards import RewardTables, ValueBounds, value_bounds
+from ltlc.task import Task
 
 from ..encoder import ObservationEncoder
+from ..tensor_tables import TensorTables
+from ..training.collect import Interface
 from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
 from ..trunk import Trunk
 from ..value_agent import ValueAgent
-from .config import DQNConfig
-from .networks import QNetwork, layer_widths, move_towards
-from .replay import ReplayBuffer, ReplaySize
+from .config import DQNConfig, fitted_horizon
+from .exploration import ExploringStarts, Whims
+from .networks import Follower, QNetwork, layer_widths
+from .places import Places
+from .replay import ReplayBuffer, ReplaySize, Segments
+from .traces import TraceLoss, seek
 from .update import TDLoss
 
+_WAITING = 0.02
+"""part of the range of values that a choice of a pair may seem to lose: where waiting is worth as much, the errors of a
+network would put it off for ever."""
+_MOST_TRIES = 1 << 22
+"""counts of what was tried."""
+_TIE = 1e-5
+"""actions that are worth less more to curiosity are as good."""
 _NETWORKS = ("q_network", "target_network", "policy_network")
 
 
@@ -70,26 +84,56 @@ class DoubleDQN(ValueAgent):
             observation_space, n_actions, tables, config,
             observation_input=config.observation_input, device=config.device,
         )  # fmt: skip
-        self._config = config
+        self._config = config = config.filled(numbered=self.encoder.n_observations > 0)
+        bounds = value_bounds(self.tables) if config.output == "bounded" else None
+        squashed = bounds is not None and config.traced and _squashable(self.tables, bounds)
+        scale = 1.0 if squashed else config.reward_scale
+        self.tensor_tables = TensorTables.of(self.tables, scale, config.device, bounds)
+        self._bounds = torch.stack([self.tensor_tables.least, self.tensor_tables.largest]) if squashed else None
         self.q_network = self._network()
         self.target_network = self._network()
         self.policy_network: QNetwork = self._network()
         self.trunk: Trunk = self.q_network.trunk  # type: ignore[assignment]
         for network in (self.target_network, self.policy_network):
             network.trunk.share_statistics(self.trunk)  # type: ignore[operator]
-        parameters = list(self.q_network.parameters())
+        self._parameters = parameters = list(self.q_network.parameters())
+        self._target = Follower(self.target_network, self.q_network)
+        self._average = Follower(self.policy_network, self.q_network)
         self.optimizer: torch.optim.Optimizer
         if config.optimizer == "adam":
             self.optimizer = torch.optim.Adam(parameters, lr=config.learning_rate, fused=True)
         else:
             self.optimizer = torch.optim.SGD(parameters, lr=config.learning_rate)
         self.loss = TDLoss(self.encoder, self.tensor_tables, config)
+        states = self.tables.n_states * n_actions
+        self._places = Places(self.encoder, max(_MOST_TRIES // states, 1) if config.curious else 1)
+        counted = (self.tables.n_states, self._places.count if config.curious else 0, n_actions)
+        self._tries = torch.zeros(counted, dtype=torch.int32, device=config.device)
+        self.trace_loss = TraceLoss(self.encoder, self.tensor_tables, config, self._tries)
+        self._whims, self._starts = Whims(config, n_actions), ExploringStarts(config, self.tensor_tables)
 
     def _network(self) -> QNetwork:
         generator = torch.Generator().manual_seed(self.config.seed)
         trunk = Trunk(self.encoder, generator)
-        network = QNetwork(trunk.n_outputs, self.tables.n_states, self.n_actions, self.config, generator, trunk)
-        return network.to(self.device)
+        sizes = trunk.n_outputs, self.tables.n_states, self.n_actions
+        return QNetwork(*sizes, self.config, generator, trunk, self._bounds).to(self.device)
+
+    @classmethod
+    def fitted(cls, config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTables | None]:
+        """Fit the horizon and the outputs to an environment; see `ValueAgent`."""
+        counted = ObservationEncoder(interface.space, config.observation_input).n_observations > 0
+        config, wrapper = config.filled(numbered=counted), interface.wrapper
+        if wrapper is None or wrapper.adds_base_reward:
+            return dataclasses.replace(config, output="linear", horizon=0), interface.tables
+        if config.horizon is None:
+            config = dataclasses.replace(config, horizon=fitted_horizon(interface.episode_steps, counted=counted))
+        return config, wrapper.task.for_horizon(config.horizon or 0).tables
+
+    @classmethod
+    def learned_task(cls, env: LTLVectorWrapper, config: DQNConfig) -> Task:
+        """The task of an environment, with the discounts that are learned from."""
+        fitted, _ = cls.fitted(config, Interface.of(env))
+        return env.task.for_horizon(fitted.horizon or 0)
 
     @property
     def config(self) -> DQNConfig:
@@ -118,28 +162,68 @@ class DoubleDQN(ValueAgent):
 
     def new_memory(self, num_envs: int) -> ReplayBuffer:
         """Make the replay buffer for so many sub-environments."""
-        rows = ReplaySize.of(self.config, self.encoder, num_envs).rows
+        size = ReplaySize.of(self.config, self.encoder, num_envs)
         limits = {"state": self.tables.n_states, "action": self.n_actions, "letter_class": self.tables.n_classes}
-        return ReplayBuffer(rows, self.encoder.width, self.encoder.dtype, self.device, limits=limits)
+        return ReplayBuffer(size, self.encoder, self._places, self.device, limits=limits)
 
     @torch.no_grad()
     def explore(
         self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64], epsilon: float, generator: torch.Generator
     ) -> npt.NDArray[np.int64]:
-        """Choose actions for training, shape (batch,): random with probability `epsilon`, else greedy in `q_network`.
+        """Choose actions for training, shape (batch,): greedy in `q_network` where there is no whim, see `Whims`.
 
         Draws the same amount from the generator whatever happens.
         """
         self.trunk.observe(self.encoder, packed)
-        n = len(packed)
-        random = torch.randint(self.n_actions, (n,), generator=generator)
-        chance = torch.rand(n, generator=generator, dtype=torch.float64)
+        own = torch.from_numpy(states)
+        action, state = self._whims.draw(len(own), epsilon, generator), self._starts.states(own, generator)
+        random = action.clamp(min=0)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
             random = self._with_random_choices(random, states, generator)
-        if epsilon >= 1:
+        if (action >= 0).all() and not self.config.curious:
             return random.numpy()
-        greedy = self.evaluate(self.q_network, packed, states).argmax(dim=-1).cpu()
-        return torch.where(chance < epsilon, random, greedy).numpy()
+        greedy = self.evaluate(self.q_network, packed, state.numpy()).argmax(dim=-1).cpu()
+        self._starts.choose(torch.where(action >= 0, 0, greedy // self.n_actions))
+        greedy = torch.where(state == own, greedy, greedy % self.n_actions)  # others' choices are not ours
+        chosen = torch.where(action >= 0, random, greedy)
+        if self.config.curious:
+            every = max(round(1 / (self.config.curiosity or 1.0)), 1)
+            seekers = np.arange(every - 1, len(packed), every)
+            if len(seekers):
+                chosen[torch.from_numpy(seekers)] = self._seek(packed[seekers], states[seekers], generator)
+        return chosen.numpy()
+
+    def _seek(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64], generator: torch.Generator) -> Tensor:
+        """The actions nearest to what was little tried, shape (batch,)."""
+        features = self.encoder.features(torch.from_numpy(packed).to(self.device))
+        _, outputs = self.q_network.outputs_and_novelty(self.q_network.inputs(features))
+        row = torch.from_numpy(states).to(self.device)
+        tries = self._tries[row, torch.from_numpy(self._places(packed)).to(self.device)]
+        worth = seek(outputs[torch.arange(len(row), device=self.device), row], tries).cpu()
+        return (worth + _TIE * torch.rand(worth.shape, generator=generator)).argmax(dim=-1)
+
+    def begin(self) -> None:
+        """Forget the whims under way."""
+        self._whims.clear()
+        self._starts.clear()
+
+    def evaluate(
+        self, network: torch.nn.Module, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None
+    ) -> Tensor:
+        """Value all actions; where a pair can be chosen at next to no loss, it is no better to wait."""
+        values = super().evaluate(network, packed, states)
+        if self.tensor_tables.n_options == 1:
+            return values
+        waiting, chosen = values[..., : self.n_actions], values[..., self.n_actions :].amax(dim=-1, keepdim=True)
+        near = waiting.amax(dim=-1, keepdim=True) <= chosen + _WAITING * self._width
+        below = torch.nextafter(chosen, torch.full_like(chosen, -torch.inf))
+        waiting = torch.where(near, torch.minimum(waiting, below), waiting)
+        return torch.cat([waiting, values[..., self.n_actions :]], dim=-1)
+
+    @property
+    def _width(self) -> float:
+        """Between the least and the largest value; 1 where that is not known."""
+        return 1.0 if self._bounds is None else float(self._bounds[1].max() - self._bounds[0].min())
 
     def _with_random_choices(
         self, actions: Tensor, states: npt.NDArray[np.int64], generator: torch.Generator
@@ -149,7 +233,7 @@ class DoubleDQN(ValueAgent):
         allowed = self.tensor_tables.allowed.cpu()[torch.from_numpy(states), choice]
         return actions + self.n_actions * torch.where(allowed, choice, 0)
 
-    def update(self, steps: TransitionBatch, learning_rate: float) -> float:
+    def update(self, steps: TransitionBatch | Segments, learning_rate: float) -> float:
         """Make one gradient step on a batch of sampled steps; returns the loss before it.
 
         Raises:
@@ -157,35 +241,49 @@ class DoubleDQN(ValueAgent):
         """
         for group in self.optimizer.param_groups:
             group["lr"] = learning_rate
-        self.q_network.train()
-        loss = self.loss(self.q_network, self.target_network, steps)
-        self.q_network.eval()
+        if isinstance(steps, Segments):
+            loss = self.trace_loss(self.q_network, self.target_network, steps)
+        else:
+            self.q_network.train()
+            loss = self.loss(self.q_network, self.target_network, steps)
+            self.q_network.eval()
         value = loss.item()
         if not np.isfinite(value):
             raise TrainingDiverged(self._diagnosis(steps, learning_rate, value))
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         if self.config.max_gradient_norm is not None:
-            torch.nn.utils.clip_grad_norm_(self.q_network.parameters(), self.config.max_gradient_norm)
+            torch.nn.utils.clip_grad_norm_(self._parameters, self.config.max_gradient_norm)
         self.optimizer.step()
         self.updates += 1
         if self.updates % self.config.target_update_interval == 0:
-            move_towards(self.target_network, self.q_network, self.config.tau)
-        move_towards(self.policy_network, self.q_network, self.config.averaging)
+            self._target.move(self.config.tau or 1.0)
+        self._average.move(self.config.averaging)
         return value
 
     def learn(self, memory: ReplayBuffer, steps: int, rounds: int, generator: torch.Generator) -> list[float]:
         """Make the updates that are due; returns their losses."""
-        config = self.config
-        if len(memory) < self.first_update or rounds % config.train_frequency:
+        config, rate = self.config, self.config.learning_rate_at(steps)
+        self._starts.advance(*memory.latest)
+        if config.curious:
+            tried = tuple(part.to(self.device) for part in memory.tried)
+            self._tries.index_put_(tried, torch.ones_like(tried[0], dtype=torch.int32), accumulate=True)
+        if memory.steps < self.first_update:
             return []
-        batches = (memory.sample(config.batch_size, generator) for _ in range(config.gradient_steps))
-        return [self.update(batch, config.learning_rate_at(steps)) for batch in batches]
+        every = config.train_frequency or 1
+        due = memory.steps // every - (memory.steps - memory.newest) // every
+        return [self.update(self._batch(memory, generator), rate) for _ in range(due * config.gradient_steps)]
 
-    def _diagnosis(self, steps: TransitionBatch, learning_rate: float, value: float) -> str:
+    def _batch(self, memory: ReplayBuffer, generator: torch.Generator) -> TransitionBatch | Segments:
+        config = self.config
+        if not config.traced:
+            return memory.sample(config.batch_size, generator)
+        return memory.sample_segments(-(-config.batch_size // config.trace_length), config.trace_length, generator)
+
+    def _diagnosis(self, steps: TransitionBatch | Segments, learning_rate: float, value: float) -> str:
         broken = [name for name, weights in self.q_network.named_parameters() if not weights.isfinite().all()]
         rewards = steps.base_reward[~steps.base_reward.isfinite()]
-        text = f"the loss is {value} at update {self.updates} (batch of {len(steps.action)} steps"
+        text = f"the loss is {value} at update {self.updates} (batch of {steps.letter_class.numel()} steps"
         text += f", {len(rewards)} of them with a reward that is not finite)" if len(rewards) else ")"
         text += f"; weights not finite in {', '.join(broken)}" if broken else "; the weights are finite"
         if len(rewards):
@@ -198,7 +296,8 @@ class DoubleDQN(ValueAgent):
     def state_dict(self) -> dict[str, Any]:
         """Return everything that learning changes, as tensors and numbers."""
         networks = {name: getattr(self, name).state_dict() for name in _NETWORKS}
-        return {**networks, "optimizer": self.optimizer.state_dict(), "updates": self.updates}
+        counts = {"updates": self.updates, "tries": self._tries}
+        return {**networks, "optimizer": self.optimizer.state_dict(), **counts}
 
     def check_state(self, content: Content) -> None:
         """Check what `state_dict` gave, read from a file.
@@ -210,6 +309,7 @@ class DoubleDQN(ValueAgent):
             content[name].state_of(getattr(self, name))
         check_optimizer(content["optimizer"], self.optimizer)
         content["updates"].count()
+        content["tries"].indices(torch.int32, tuple(self._tries.shape), 2**31 - 1)
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go back to what `state_dict` gave."""
@@ -217,6 +317,7 @@ class DoubleDQN(ValueAgent):
             getattr(self, name).load_state_dict(state[name])
         self.optimizer.load_state_dict(state["optimizer"])
         self.updates = int(state["updates"])
+        self._tries.copy_(state["tries"])
 
     @classmethod
     def check_size(
@@ -239,6 +340,12 @@ class DoubleDQN(ValueAgent):
         """Take over the weights of a policy network, in all networks."""
         for name in _NETWORKS:
             getattr(self, name).load_state_dict(state)
+
+
+def _squashable(tables: RewardTables, bounds: ValueBounds) -> bool:
+    """Whether values can be kept within bounds by squashing: they are known, and only gains are paid."""
+    finite = np.isfinite(bounds.least).all() and np.isfinite(bounds.largest).all()
+    return bool(finite and (tables.expected_reward >= 0).all() and (tables.final_value >= 0).all())
 
 
 def _available(device: str) -> bool:

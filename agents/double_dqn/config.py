@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
@@ -10,9 +11,12 @@ from ltlc.errors import InvalidArgumentError, UnknownNameError
 
 from ..config import ObservationInput, OffPolicyConfig, between, check_count, check_number
 
+_LEAST_FREQUENCY, _MOST_ROUNDS = 8, 40_000
+"""environment steps for a round of updates, and rounds of a training, where nobody says."""
 StateInput = Literal["heads", "one-hot", "raw"]
 Initialization = Literal["he", "thesis"]
 Optimizer = Literal["adam", "sgd"]
+Output = Literal["bounded", "linear"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +27,7 @@ class DQNConfig(OffPolicyConfig):
     `DQNConfig.thesis()` is algorithm 1 of the thesis. Steps are environment steps, all sub-environments together.
 
     Attributes:
-        hidden: units of each hidden layer, ReLU between; thesis: (400, 300). None: one layer of 256.
+        hidden: units of each hidden layer, ReLU between; thesis: (400, 300). None: two layers of 256.
         observation_input: discrete observations as indicator vectors, or as plain numbers (thesis: row and column).
         state_input: automaton state: one set of outputs per state, so that one pass values them all (`heads`), or a
             further input, as an indicator vector or as a plain number (thesis: `raw`).
@@ -35,19 +39,54 @@ class DQNConfig(OffPolicyConfig):
         counterfactual: each environment step teaches every automaton state at once; else only the one it was made in.
         optimizer: `adam`, or `sgd`: the plain gradient step of the thesis.
         learning_rate: at the start, > 0.
-        final_learning_rate: at `total_steps`, linear in between; > 0.
+        final_learning_rate: at `total_steps`, linear in between; > 0. Low, since greedy policies jump as long as values
+            do.
         l2: C of the term C*||weights||^2 added to the loss (thesis), >= 0.
         max_gradient_norm: longer gradients are shortened to this; None: never.
         batch_size: environment steps in a batch, >= 1 (times the automaton states, if counterfactual); the first update
             waits for so many.
         buffer_size: environment steps kept for replay, >= batch_size; of a shorter training there is room for all.
-        max_memory: gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts.
-        train_frequency: steps of the vector environment from one round of updates to the next, >= 1.
+        max_memory: gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts,
+            and 4 gigabytes at most, which is less than `buffer_size` steps where observations are large.
+        train_frequency: environment steps from one round of updates to the next, >= 1, whatever the number of
+            sub-environments. None: 8, and where that would be more than 40 000 rounds, as many as make them so.
         gradient_steps: updates in a round, >= 1.
         tau: the target network moves this part of the way to the online network at each target update, in (0, 1].
+            None: 0.1 where observations are numbered, and else 0.005, since what is learned of one place there moves
+            the values of others.
         target_update_interval: updates from one target update to the next, >= 1.
         averaging: the policy is greedy in an exponential average of the online weights that takes in this part of them
             at each update, in (0, 1]; 1: greedy in the online network itself (thesis).
+        layer_norm: layer normalisation before each ReLU, unless there is batch normalisation; it keeps inputs of every
+            scale learnable, and values from running off.
+        waves: sines and cosines of so many random mixtures of the features join the inputs, where there are at most 32,
+            >= 0: plain layers first learn what is smooth;
+            0: none (thesis).
+        output: `bounded`: outputs are squashed into what values can be, and learned by cross entropy, which tells small
+            probabilities apart; needs segments and rewards that are never negative. Elsewhere, and with `linear`,
+            outputs are values (thesis).
+        horizon: steps that the discount of the recommended scheme looks ahead: gamma = 1 - 1/horizon, gamma_accept = 1
+            - sqrt((1 - gamma) / 2). A network cannot tell values apart that differ by less than its error, so it takes
+            shorter horizons than a table. None: a tenth of an episode, from 20 to 50, and 2000 where observations are
+            numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
+        trace_length: consecutive steps that are drawn together and through which targets go back as long as actions
+            were greedy, >= 1; 1: steps are drawn one by one, and the loss is the square of the error (thesis). Longer
+            than 1 needs `counterfactual`, heads and no batch normalisation, and is 1 without.
+        trace_decay: part of what the next step is worth that comes from the segment, in [0, 1]; the rest is
+            bootstrapped.
+        advantage_learning: part, in [0, 1), of what an action is behind the best one by which its target is lowered, so
+            that errors of a network, small as they are, do not choose between actions; needs segments. Values of the
+            best actions stay what they are, those of others become lower bounds. 0: none (thesis).
+        ladder: sub-environment i of n explores with probability epsilon^(1 + ladder * i / (n - 1)), so that some follow
+            the policy to where it leads and others stray, >= 0; 0: all with epsilon (thesis).
+        persistence: an exploring action is kept for a random number of steps, n of them with probability about 1/n^2,
+            at most so many. 1: for one step (thesis).
+        exploring_starts: part of the episodes, in [0, 1], in which a sub-environment acts as if the automaton had
+            started in a random state, so that all parts of a task are practised; needs `counterfactual`. 0: none
+            (thesis).
+        curiosity: part of the sub-environments, in [0, 1], that go where little was tried, counted by place, automaton
+            state and action, as a second set of outputs has learned to; needs segments (`trace_length`). 0: none
+            (thesis). None: 0.25 where observations are numbered, so that counts are exact, and else none.
         device: where the networks and the replay buffer live, such as `cpu`, `cuda`, `cuda:1`.
 
     Raises:
@@ -68,6 +107,10 @@ class DQNConfig(OffPolicyConfig):
     state_input: StateInput = "heads"
     initialization: Initialization = "he"
     batch_norm: bool = False
+    layer_norm: bool = True
+    waves: int = 64
+    output: Output = "bounded"
+    horizon: int | None = None
 
     double: bool = True
     counterfactual: bool = True
@@ -75,15 +118,23 @@ class DQNConfig(OffPolicyConfig):
     learning_rate: float = 1e-3
     final_learning_rate: float = 1e-5
     l2: float = 0.0
-    max_gradient_norm: float | None = None
-    batch_size: int = 512
+    max_gradient_norm: float | None = 10.0
+    batch_size: int = 128
+    trace_length: int = 8
+    trace_decay: float = 0.95
+    advantage_learning: float = 0.9
     buffer_size: int = 200_000
     max_memory: float | None = None
-    train_frequency: int = 1
+    train_frequency: int | None = None
     gradient_steps: int = 1
-    tau: float = 0.1
+    tau: float | None = None
     target_update_interval: int = 1
     averaging: float = 0.005
+    ladder: float = 3.0
+    persistence: int = 20
+    exploring_starts: float = 0.5
+
+    curiosity: float | None = None
 
     device: str = "cpu"
 
@@ -99,6 +150,19 @@ class DQNConfig(OffPolicyConfig):
             "batch_norm": True, "double": False, "counterfactual": False, "reward_scale": 1.0, "learning_rate": 0.0015,
             "final_learning_rate": 0.0015, "l2": 1e-4, "batch_size": 64, "buffer_size": 1_000_000,
             "learning_starts": 64, "tau": 0.001, "averaging": 1.0, "epsilon_start": 0.7, "epsilon_final": 0.02,
+            "layer_norm": False, "max_gradient_norm": None, "train_frequency": 1, **_PLAIN,
+        }  # fmt: skip
+        return cls(**(values | changes))
+
+    @classmethod
+    def one_step(cls, num_envs: int, **changes: Any) -> DQNConfig:
+        """Double Q-learning from single steps with plain outputs, an update for each round of so many environments.
+
+        It is as good where rewards are dense and observations few, as in the worlds of the thesis.
+        """
+        values: dict[str, Any] = {
+            "hidden": (256,), "layer_norm": False, "max_gradient_norm": None, "batch_size": 512,
+            "train_frequency": num_envs, "tau": 0.1, **_PLAIN,
         }  # fmt: skip
         return cls(**(values | changes))
 
@@ -118,6 +182,9 @@ class DQNConfig(OffPolicyConfig):
             check_number(field, getattr(self, field), low, high, closed=closed)
         for field, least in _COUNTS.items():
             check_count(field, getattr(self, field), least)
+        for field in ("tau", "curiosity"):
+            if getattr(self, field) is not None:
+                check_number(field, getattr(self, field), 0.0, 1.0, closed=field == "curiosity")
         for units in self.hidden or ():
             check_count("each entry of hidden", units, 1)
         for field in ("max_gradient_norm", "max_memory"):
@@ -125,32 +192,82 @@ class DQNConfig(OffPolicyConfig):
                 check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
         if self.buffer_size < self.batch_size:
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.batch_size})")
+        if self.train_frequency is not None:
+            check_count("train_frequency", self.train_frequency, 1)
+        if self.horizon is not None:
+            check_count("horizon", self.horizon, 0)
+            if self.horizon == 1:
+                raise InvalidArgumentError("horizon is 1; it must be 0 (the scheme as it is) or at least 2")
         if self.batch_norm and self.batch_size < 2:
             raise InvalidArgumentError("batch_norm needs a batch_size of at least 2")
+
+    @property
+    def traced(self) -> bool:
+        """Whether segments of steps are learned from."""
+        return self.trace_length > 1 and self.counterfactual and self.state_input == "heads" and not self.batch_norm
+
+    @property
+    def curious(self) -> bool:
+        """Whether what little was tried is looked for."""
+        return bool(self.curiosity) and self.traced
+
+    def filled(self, *, numbered: bool) -> DQNConfig:
+        """Return the configuration with what depends on whether observations are numbered filled in."""
+        tau, curiosity = (0.1, 0.25) if numbered else (0.005, 0.0)
+        frequency = max(_LEAST_FREQUENCY, -(-self.total_steps // _MOST_ROUNDS))
+        return dataclasses.replace(
+            self,
+            train_frequency=frequency if self.train_frequency is None else self.train_frequency,
+            tau=tau if self.tau is None else self.tau,
+            curiosity=curiosity if self.curiosity is None else self.curiosity,
+        )
 
     def learning_rate_at(self, steps: int) -> float:
         """Learning rate after so many environment steps."""
         return between(self.learning_rate, self.final_learning_rate, steps / self.total_steps)
 
 
-_FLAGS = ("batch_norm", "double", "counterfactual")
+def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
+    """Steps to look ahead where nobody says how many; see `DQNConfig.horizon`.
+
+    Args:
+        episode_steps: where episodes are cut; None: unknown.
+        counted: whether observations are numbered.
+    """
+    if counted:
+        return 2000
+    return 50 if episode_steps is None else min(max(episode_steps // 10, 20), 50)
+
+
+_PLAIN: dict[str, Any] = {
+    "waves": 0, "output": "linear", "horizon": 0, "trace_length": 1, "advantage_learning": 0.0, "ladder": 0.0,
+    "persistence": 1, "exploring_starts": 0.0, "curiosity": 0.0,
+}  # fmt: skip
+"""without what has come since 2018."""
+_FLAGS = ("batch_norm", "layer_norm", "double", "counterfactual")
 _CHOICES: dict[str, tuple[str, ...]] = {
     "observation_input": get_args(ObservationInput),
     "state_input": get_args(StateInput),
     "initialization": get_args(Initialization),
     "optimizer": get_args(Optimizer),
+    "output": get_args(Output),
 }
 _RANGES = {  # lowest, highest, whether the lowest is allowed
     "learning_rate": (0.0, math.inf, False),
     "final_learning_rate": (0.0, math.inf, False),
     "l2": (0.0, math.inf, True),
-    "tau": (0.0, 1.0, False),
     "averaging": (0.0, 1.0, False),
+    "trace_decay": (0.0, 1.0, True),
+    "advantage_learning": (0.0, 1.0, True),
+    "ladder": (0.0, math.inf, True),
+    "exploring_starts": (0.0, 1.0, True),
 }
 _COUNTS = {
     "batch_size": 1,
     "buffer_size": 1,
-    "train_frequency": 1,
+    "waves": 0,
+    "trace_length": 1,
+    "persistence": 1,
     "gradient_steps": 1,
     "target_update_interval": 1,
 }

@@ -1,4 +1,4 @@
-"""The replay buffer: environment steps, each kept once, for every automaton state to learn from."""
+"""The replay buffer: environment steps in the order they were made, each observation once, for all automaton states."""
 
 from __future__ import annotations
 
@@ -18,10 +18,16 @@ from ..training.contents import Content
 from ..training.memory import check_memory, size_text
 from ..transitions import TransitionBatch
 from .config import DQNConfig
+from .places import Places
 
 _KINDS = {"state": torch.int64, "action": torch.int64, "letter_class": torch.int64, "base_reward": torch.float32,
-          "terminated": torch.bool}  # fmt: skip
-"""of the columns that are not observations."""
+          "terminated": torch.bool, "real": torch.bool,
+          "place": torch.int64}  # fmt: skip
+"""of the columns that are not observations; a row that is not `real` holds the last observation of an episode."""
+
+
+_MOST_BYTES = 4_000_000_000
+"""of all rows, where nobody says how much memory there is for them."""
 
 
 @dataclass(frozen=True)
@@ -31,19 +37,29 @@ class ReplaySize:
     rows: int
     """as many as `buffer_size` says, and no more than the training makes."""
     row_bytes: int
-    """of one step with both its observations."""
+    """of one step with its observation."""
+    num_envs: int
+    """sub-environments, each with a ring of its own."""
 
     @classmethod
     def of(cls, config: DQNConfig, encoder: ObservationEncoder, num_envs: int) -> ReplaySize:
         """The size for so many sub-environments, which all step once more when the last step is due."""
         observation = encoder.width * np.dtype(encoder.dtype).itemsize
+        row_bytes = observation + sum(kind.itemsize for kind in _KINDS.values())
         rows = min(config.buffer_size, config.total_steps + num_envs)
-        return cls(rows, 2 * observation + sum(kind.itemsize for kind in _KINDS.values()))
+        if config.max_memory is None:
+            rows = min(rows, max(_MOST_BYTES // row_bytes, config.batch_size))
+        return cls(rows, row_bytes, num_envs)
+
+    @property
+    def length(self) -> int:
+        """Rows of each ring: its share, and one for the observation after the last step."""
+        return -(-self.rows // self.num_envs) + 1
 
     @property
     def bytes(self) -> int:
         """Of all rows."""
-        return self.rows * self.row_bytes
+        return self.num_envs * self.length * self.row_bytes
 
     @property
     def size_text(self) -> str:
@@ -69,15 +85,44 @@ class ReplaySize:
             check_memory(what, self.bytes, device, advice, allowed)
 
 
+@dataclass(frozen=True)
+class Segments:
+    """Steps that followed one another, as tensors: `count` rows of `length` steps each."""
+
+    observation: Tensor
+    """shape (count, length + 1, width), packed; the last is the one after the last step."""
+    action: Tensor
+    """shape (count, length + 1), int64; the last belongs to no step of the segment."""
+    letter_class: Tensor
+    """shape (count, length), int64."""
+    base_reward: Tensor
+    """shape (count, length), float32."""
+    terminated: Tensor
+    """shape (count, length), bool."""
+    real: Tensor
+    """shape (count, length + 1), bool; whether the row is a step, and not the last observation of an episode."""
+    place: Tensor
+    """shape (count, length + 1), int64; see `Places`."""
+
+
 class ReplayBuffer:
-    """The last `capacity` environment steps, in tensors allocated once.
+    """The last steps of each sub-environment, in rings allocated once; an observation is kept once.
+
+    The observation after a step stands in the next row, which is the next step of the episode or, at its end, a row of
+    its own.
 
     Args:
-        capacity: rows.
-        width: columns of a packed observation.
-        dtype: of a packed observation.
+        size: of the rings.
+        encoder: of the observations.
+        places: of the observations.
         device: where the tensors live.
         limits: what the numbers of a column are below, for columns that number something.
+
+    Attributes:
+        steps: that were ever added.
+        newest: that were added last.
+        tried: table state, place and action of these, int64, shape (newest,) each.
+        latest: their sub-environment and letter class, int64, and whether they ended an episode; shape (newest,) each.
 
     References:
         L.-J. Lin, Self-improving reactive agents based on reinforcement learning, planning and teaching, Machine
@@ -86,46 +131,104 @@ class ReplayBuffer:
 
     def __init__(
         self,
-        capacity: int,
-        width: int,
-        dtype: npt.DTypeLike,
+        size: ReplaySize,
+        encoder: ObservationEncoder,
+        places: Places,
         device: str = "cpu",
         *,
         limits: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
-        packed = torch.from_numpy(np.zeros(0, dtype=dtype)).dtype
-        self.capacity = capacity
-        self.device = device
-        self.limits = limits
+        packed = torch.from_numpy(np.zeros(0, dtype=encoder.dtype)).dtype
+        self._places, limits = places, {**limits, "place": places.count}
+        rows = (size.num_envs, size.length)
+        self.length, self.device, self.limits = size.length, device, limits
         self.columns: dict[str, Tensor] = {
-            "observation": torch.zeros((capacity, width), dtype=packed, device=device),
-            **{name: torch.zeros(capacity, dtype=kind, device=device) for name, kind in _KINDS.items()},
-            "next_observation": torch.zeros((capacity, width), dtype=packed, device=device),
+            "observation": torch.zeros((*rows, encoder.width), dtype=packed, device=device),
+            **{name: torch.zeros(rows, dtype=kind, device=device) for name, kind in _KINDS.items()},
         }
-        self.added = 0
-        """rows ever added."""
+        self._written = np.zeros(size.num_envs, dtype=np.int64)
+        """rows ever begun in each ring, so that the next step goes to row `written % length`."""
+        self.steps, self.newest, self._most = 0, 0, size.rows
+        self.tried: tuple[Tensor, ...] = ()
+        self.latest: tuple[Tensor, ...] = ()
 
     def __len__(self) -> int:
-        return min(self.added, self.capacity)
+        return min(self.steps, self._most)
 
     def add(self, steps: TransitionBatch) -> None:
-        """Append rows; the oldest make room."""
-        n = len(steps.action)
-        rows = torch.from_numpy((self.added + np.arange(n))[-self.capacity :] % self.capacity).to(self.device)
+        """Append a step of each of some sub-environments; the oldest make room."""
+        copies, there = steps.copy, self._written[steps.copy]
+        rows, following = self._rows(copies, there), self._rows(copies, there + 1)
         for name, column in self.columns.items():
-            values = torch.from_numpy(np.ascontiguousarray(getattr(steps, name)))[-self.capacity :]
-            column[rows] = values.to(self.device, column.dtype)
-        self.added += n
+            if name not in ("real", "place"):
+                column[rows] = self._tensor(getattr(steps, name), column.dtype)
+        self.columns["real"][rows] = True
+        place = self._places(steps.observation)
+        self.columns["place"][rows] = self._tensor(place, torch.int64)
+        self.columns["place"][following] = self._tensor(self._places(steps.next_observation), torch.int64)
+        self.columns["observation"][following] = self._tensor(steps.next_observation, self.columns["observation"].dtype)
+        self.columns["real"][following] = False
+        self._written[copies] = there + 1 + steps.ended
+        self.steps, self.newest = self.steps + len(copies), len(copies)
+        self.latest = tuple(
+            torch.from_numpy(np.asarray(part)) for part in (copies, steps.letter_class.astype(np.int64), steps.ended)
+        )
+        self.tried = tuple(torch.from_numpy(np.asarray(part)) for part in (steps.state, place, steps.action))
+
+    def cut(self) -> None:
+        """End what is under way in all sub-environments, since new episodes begin."""
+        last = self.columns["real"].cpu().numpy()[np.arange(len(self._written)), (self._written - 1) % self.length]
+        self._written += last & (self._written > 0)
 
     def sample(self, size: int, generator: torch.Generator) -> TransitionBatch:
-        """Rows drawn uniformly with replacement; the generator is one of the CPU."""
-        rows = torch.randint(len(self), (size,), generator=generator).to(self.device)
-        return TransitionBatch(**{name: column[rows] for name, column in self.columns.items()})
+        """Steps drawn uniformly with replacement, of each sub-environment alike; the generator is one of the CPU."""
+        copies, rows = np.zeros(0, np.int64), np.zeros(0, np.int64)
+        while len(rows) < size:
+            drawn = self._draw(size, 1, generator)
+            real = self.columns["real"][self._rows(*drawn)].cpu().numpy()
+            copies = np.concatenate([copies, drawn[0][real]])[:size]
+            rows = np.concatenate([rows, drawn[1][real]])[:size]
+        at, following = self._rows(copies, rows), self._rows(copies, rows + 1)
+        columns = {name: column[at] for name, column in self.columns.items() if name not in ("real", "place")}
+        return TransitionBatch(**columns, next_observation=self.columns["observation"][following])
+
+    def sample_segments(self, count: int, length: int, generator: torch.Generator) -> Segments:
+        """Segments that begin anywhere, of each sub-environment alike; shorter ones as long as there are no longer."""
+        begun = self._written[self._written > 0]
+        length = min(length, int(np.minimum(begun, self.length - 1).min()))
+        copies, first = self._draw(count, length, generator)
+        rows = self._rows(copies[:, None], first[:, None] + np.arange(length + 1))
+        found = {name: self.columns[name][rows] for name in Segments.__dataclass_fields__}
+        for name in ("letter_class", "base_reward", "terminated"):
+            found[name] = found[name][:, :-1]
+        return Segments(**found)
+
+    def _draw(self, count: int, length: int, generator: torch.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Sub-environments that have steps, and first rows after which there are so many more."""
+        known = np.flatnonzero(self._written > 0)
+        copies = known[torch.randint(len(known), (count,), generator=generator).numpy()]
+        written = self._written[copies]
+        oldest = np.maximum(written - (self.length - 1), 0)
+        room = written - length + 1 - oldest
+        chance = torch.rand(count, generator=generator, dtype=torch.float64).numpy()
+        return copies, oldest + np.minimum((chance * room).astype(np.int64), room - 1)
+
+    def _rows(self, copies: np.ndarray, rows: np.ndarray) -> tuple[Tensor, Tensor]:
+        copies, rows = np.broadcast_arrays(copies, rows % self.length)
+        return torch.from_numpy(copies.copy()).to(self.device), torch.from_numpy(rows.copy()).to(self.device)
+
+    def _tensor(self, values: npt.NDArray[np.generic], kind: torch.dtype) -> Tensor:
+        return torch.from_numpy(np.ascontiguousarray(values)).to(self.device, kind)
+
+    @property
+    def _filled(self) -> int:
+        """Rows that are in use in any ring."""
+        return min(int(self._written.max(initial=0)) + 1, self.length)
 
     def state_dict(self) -> dict[str, Tensor]:
-        """The rows in use, and `added`."""
-        filled = {name: column[: len(self)] for name, column in self.columns.items()}
-        return filled | {"added": torch.tensor(self.added)}
+        """The rows in use, and how many there have been."""
+        filled = {name: column[:, : self._filled] for name, column in self.columns.items()}
+        return filled | {"written": torch.from_numpy(self._written.copy()), "steps": torch.tensor(self.steps)}
 
     def check_state(self, content: Content) -> None:
         """Check what `state_dict` gave, read from a file.
@@ -133,10 +236,15 @@ class ReplayBuffer:
         Raises:
             FileFormatError: the rows are of another kind, or more than fit.
         """
-        content.check(content.members().keys() == {*self.columns, "added"}, "is of another kind of experience")
-        rows = min(int(content["added"].indices(torch.int64, (), 2**62)), self.capacity)
+        content.check(
+            content.members().keys() == {*self.columns, "written", "steps"}, "is of another kind of experience"
+        )
+        written = content["written"].indices(torch.int64, self._written.shape, 2**62)
+        steps = int(content["steps"].indices(torch.int64, (), 2**62))
+        content["steps"].check(steps <= int(written.sum()), "are more than there are rows")
+        filled = min(int(written.max()) + 1, self.length)
         for name, column in self.columns.items():
-            shape = (rows, *column.shape[1:])
+            shape = (len(written), filled, *column.shape[2:])
             content[name].tensor(column.dtype, shape)
             if name in self.limits:
                 content[name].indices(column.dtype, shape, self.limits[name])
@@ -147,11 +255,9 @@ class ReplayBuffer:
         Raises:
             InvalidArgumentError: the rows are of another kind, or more than fit.
         """
-        added = int(state["added"])
-        rows = min(added, self.capacity)
+        self._written, self.steps = state["written"].numpy().copy(), int(state["steps"])
         for name, column in self.columns.items():
             given = state[name]
-            if given.shape != (rows, *column.shape[1:]) or given.dtype != column.dtype:
+            if given.shape != (len(column), self._filled, *column.shape[2:]) or given.dtype != column.dtype:
                 raise InvalidArgumentError(f"replay buffer: {name} of the checkpoint does not fit this buffer")
-            column[:rows] = given.to(self.device)
-        self.added = added
+            column[:, : self._filled] = given.to(self.device)

@@ -31,8 +31,8 @@ class TDLoss:
     """The loss 1/(2m) sum (y - Q(s, q, a))^2 + C ||weights||^2 of a batch (thesis, algorithm 1, lines 14-22).
 
     The target y is r + g V(s', q') where the reward r, the weight g of what follows (0 where the task ends the episode)
-    and the next state q' are looked up by (q, letter class); so is V where the environment ends it. Counterfactually,
-    each of the m / k environment steps is taken in
+    and the next state q' are looked up by (q, letter class); so is V where the environment ends it. Targets are kept
+    within what values can be, where that is known. Counterfactually, each of the m / k environment steps is taken in
     all k reachable automaton states q at once.
 
     Args:
@@ -91,7 +91,7 @@ class TDLoss:
         q_network.train(training)
         following = torch.where(steps.terminated[:, None], self.tables.final_value[states, classes], following)
         target: Tensor = reward + weight * following
-        return target
+        return target.clamp(self.tables.least[states], self.tables.largest[states])
 
     def _states(self, steps: TransitionBatch) -> Tensor:
         """Automaton states each step is taken in, shape (batch, k)."""
@@ -107,7 +107,7 @@ class TDLoss:
             return pairs.gather(-1, action[:, None, None].expand(-1, states.shape[1], 1))[..., 0]
         rows, row = self._rows(network, steps.observation, online)
         flat = (row[:, None] * network.n_states + states) * network.n_actions + action[:, None]
-        values: Tensor = rows.view(-1)[flat]
+        values: Tensor = rows.reshape(-1)[flat]
         return values
 
     def _next_values(
@@ -126,7 +126,7 @@ class TDLoss:
                 self.tables.join_options(values[:, self.tables.options], self.tables.allowed)
                 for values in (rows, chosen)
             )
-        return policy_values(rows, chosen, double).view(-1)[row[:, None] * target.n_states + states]
+        return policy_values(rows, chosen, double).reshape(-1)[row[:, None] * target.n_states + states]
 
     def _rows(self, network: QNetwork, packed: Tensor, known: Tensor | None) -> tuple[Tensor, Tensor]:
         """Values (n_rows, n_states, n_actions) of the observations that occur, and the row of each of the batch."""

@@ -80,6 +80,9 @@ class VisitCounts:
         self._new.append((np.ravel_multi_index(parts, self.shape).astype(np.int64), steps.base_reward))
         self.added += len(steps.action)
 
+    def cut(self) -> None:
+        """Nothing: steps are counted one by one."""
+
     def outcomes(self) -> Outcomes:
         """What was seen to follow each observation and action."""
         self._merge()

@@ -14,6 +14,7 @@ from gymnasium import spaces
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
+from ltlc.task import Task
 
 from ..config import AgentConfig
 from ..encoder import ObservationEncoder, n_features
@@ -53,6 +54,11 @@ class TablePolicy:
         if table.shape not in (pairs, (*pairs, n_actions)):
             raise InvalidArgumentError(f"a table of shape {table.shape} for {pairs} observations and table states")
         self._generator = np.random.default_rng(0)
+
+    @classmethod
+    def learned_task(cls, env: LTLVectorWrapper, config: AgentConfig) -> Task:
+        """The task of an environment, as it is."""
+        return env.task
 
     @classmethod
     def check(cls, env: LTLVectorWrapper, config: AgentConfig) -> None:

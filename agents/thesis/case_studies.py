@@ -131,8 +131,9 @@ def reproduce(
     """
     total = steps or experiment.steps
     env_spec = EnvSpec(env=experiment.env, initial_label="skip")
-    learner = DQNConfig(
-        hidden=(256,),  # a network, as in the thesis, though a table would do
+    num_envs = num_envs_for(total, env_spec.episode_steps)
+    learner = DQNConfig.one_step(  # a network, as in the thesis, though a table would do
+        num_envs,
         epsilon_steps=min(total // 3, EPSILON_STEPS),
         total_steps=total,
         seed=seed,
@@ -141,7 +142,7 @@ def reproduce(
     config = RunConfig(
         env_spec=env_spec,
         reward="thesis",
-        num_envs=num_envs_for(total, env_spec.episode_steps),
+        num_envs=num_envs,
         agent=DOUBLE_DQN,
         hyperparameters=learner,
     )

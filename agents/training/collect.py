@@ -89,6 +89,19 @@ class Interface:
         """Reward tables of the task, or None without one."""
         return None if self.wrapper is None else self.wrapper.task.tables
 
+    @property
+    def episode_steps(self) -> int | None:
+        """Steps after which episodes are cut; None where the environment does not say."""
+        env: Any = self.env
+        while True:
+            for holder in (env, getattr(env, "spec", None)):
+                limit = getattr(holder, "max_episode_steps", None)
+                if isinstance(limit, int):
+                    return limit
+            if not isinstance(env, VectorWrapper):
+                return None
+            env = env.env
+
     def base(self, observations: Any) -> Any:
         """The part of a batch of observations (or of one) that is not the automaton."""
         if self.wrapper is None:
@@ -209,6 +222,8 @@ class Collector:
             base_reward=base_reward[real],
             terminated=ltl["base_terminated"][real],
             next_observation=arrived[real],
+            copy=np.flatnonzero(real),
+            ended=done[real],
         )
 
     def _split(self, actions: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:

@@ -12,6 +12,7 @@ import torch
 from gymnasium.vector import VectorEnv
 
 from ltlc.mdp.verdict import Judge
+from ltlc.rewards import RewardTables
 
 from ..choice import choose_agent
 from ..config import AgentConfig, OffPolicyConfig
@@ -99,10 +100,15 @@ def train_in(
     Raises:
         LtlcError, OSError: see `train`.
     """
-    saved, config, run_id = agreed_run(agent, config, folder, run_id, resume)
+    interface, fitted = Interface.of(env), AGENTS[agent].agent_class.fitted
+    if config is not None:
+        config, _ = fitted(config, interface)
+    saved, agreed, run_id = agreed_run(agent, config, folder, run_id, resume)
+    tables: RewardTables | None
+    config, tables = fitted(agreed, interface)
     assert isinstance(config, OffPolicyConfig)
     with _threads(config.threads), InterruptFlag() as interrupt:
-        run = _Run(env, agent, config, folder, run_id, saved)
+        run = _Run(interface, agent, config, tables, folder, run_id, saved)
         stopped = False
         while run.steps < config.total_steps and not stopped and not interrupt.raised:
             epsilon, learning_rate = config.epsilon_at(run.steps), run.agent.learning_rate_at(run.steps)
@@ -128,21 +134,22 @@ class _Run:
 
     def __init__(
         self,
-        env: VectorEnv[Any, Any, Any],
+        interface: Interface,
         agent: str,
         config: OffPolicyConfig,
+        tables: RewardTables | None,
         folder: Path | None,
         run_id: str,
         saved: Content | None,
     ) -> None:
-        interface = Interface.of(env)
+        env = interface.env
         agent_class: type[ValueAgent] = AGENTS[agent].agent_class
         self.config, self.folder, self.id = config, folder, run_id
         if saved is not None:
-            n_states = 1 if interface.tables is None else interface.tables.n_states
+            n_states = 1 if tables is None else tables.n_states
             weights = saved["agent"]["policy_network"]
             agent_class.check_size(weights, config, interface.space, n_states, interface.n_actions)
-        self.agent = agent_class(interface.space, interface.n_actions, interface.tables, config)
+        self.agent = agent_class(interface.space, interface.n_actions, tables, config)
         encoder = self.agent.encoder
         tables = self.agent.tables
         self.checkpoint = Checkpoint(folder, run_id, agent, config, tables, encoder.space, env.num_envs)
@@ -237,6 +244,8 @@ class _Run:
         every = self.config.checkpoint_every
         self._leg_end = (self.steps // every + 1) * every
         self.collector.reset(stream_seed(self.config, self.leg + 1))
+        self.agent.begin()
+        self.memory.cut()
 
     def _restore(self, saved: Content) -> None:
         """Go back to where a checkpoint was written; all of it is checked before any file is touched."""

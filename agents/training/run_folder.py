@@ -32,6 +32,7 @@ from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.faithful import Shortfall, shortfall
 from ltlc.mdp import Judge
+from ltlc.task import Task
 
 from ..agent import Agent
 from ..registry import AGENTS, AgentEntry
@@ -203,12 +204,19 @@ class RunFolder:
         self.config = self.config.on_device(device)
 
     @cached_property
+    def learned_task(self) -> Task:
+        """The task with the rewards that the agent learns from, which may be fitted to it."""
+        with closing(self.vector_env()) as env:
+            task: Task = self.entry.agent_class.learned_task(env, self.config.hyperparameters)
+            return task
+
+    @cached_property
     def judge(self) -> Judge | None:
         """Of the task, or None where the dynamics of the environment are not known."""
         env_spec = self.config.env_spec
         if env_spec.model is None:
             return None
-        return Judge(env_spec.model, self.task, initial_label=env_spec.initial_label)
+        return Judge(env_spec.model, self.learned_task, initial_label=env_spec.initial_label)
 
     @cached_property
     def shortfall(self) -> Shortfall | None:
@@ -216,7 +224,7 @@ class RunFolder:
 
         None: nothing much, or the dynamics are not known, or the agent learns without the rewards.
         """
-        return shortfall(self.judge, self.task) if self.entry.uses_rewards and self.judge is not None else None
+        return shortfall(self.judge, self.learned_task) if self.entry.uses_rewards and self.judge is not None else None
 
     @property
     def entry(self) -> AgentEntry:

@@ -9,7 +9,7 @@ import typer
 
 from ltlc.cli import flags
 from ltlc.cli.train import headings
-from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures, warn_of_shortfall
+from ltlc.cli.verdicts import checks_of, fitted_text, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 
@@ -45,13 +45,15 @@ def evaluate(
     agent = folder.load()
     exported = None if prism is None else export_run(folder, agent, prism)
     verdict = judge_run(folder, agent, episodes=episodes, seed=seed)
-    warn_of_shortfall(verdict.shortfall, folder.task)
+    warn_of_shortfall(verdict.shortfall, folder.learned_task)
     if json_:
         print(json.dumps(verdict.to_dict() | checks_of(exported), ensure_ascii=False, indent=2))
         return
     print(f"{folder.task.formula or 'an automaton without a formula'} in {folder.config.env_spec.env}")
     if verdict.judge is not None:
         print(maximum_text(verdict.judge))
+    if folder.learned_task.scheme != folder.task.scheme:
+        print(f"Rewards: {fitted_text(folder)}")
     print_figures(verdict.lines(), headings(verdict))
     if verdict.regret is not None:
         print(f"Lost against the optimum: {max(verdict.regret, 0.0):.2%} of the discounted return.")

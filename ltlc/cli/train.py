@@ -16,7 +16,7 @@ from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
 from ltlc.cli.values import assignments, kinds_of
-from ltlc.cli.verdicts import maximum_text, print_figures, warn_of_shortfall
+from ltlc.cli.verdicts import fitted_text, maximum_text, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -292,7 +292,7 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, memory: Any) 
     if late:
         complain(f"note: with {n_states} product states, it is judged last what the rewards teach")
     else:
-        warn_of_shortfall(run.shortfall, run.task)
+        warn_of_shortfall(run.shortfall, run.learned_task)
     with training_display(total, quiet=quiet) as display:
         result = run.train(resume=resume, callback=display)
     if result.interrupted:
@@ -308,6 +308,8 @@ def _print_run(run: RunFolder, memory: Any) -> None:
         print(maximum_text(run.judge))
     if run.config.agent_reason is not None:
         print(f"Agent: {run.config.agent}, since {run.config.agent_reason}")
+    if run.learned_task.scheme != run.task.scheme:
+        print(f"Rewards: {fitted_text(run)}")
     if memory is not None:
         print(f"Replay: the last {memory.rows} steps, {memory.size_text}")
 
@@ -318,9 +320,10 @@ def _conclude(run: RunFolder, result: TrainingResult, quiet: bool, json_: bool, 
 
     told = {"folder": str(run.path), "seconds": round(result.seconds, 3)}
     values: dict[str, Any] = {"agent": run.config.agent, "agent_reason": run.config.agent_reason, "steps": result.steps}
+    values["rewards"] = str(run.learned_task.scheme)
     verdict = None if result.agent is None else judge_run(run, result.agent)
     if late and verdict is not None:
-        warn_of_shortfall(run.shortfall, run.task)
+        warn_of_shortfall(run.shortfall, run.learned_task)
     values |= {"learned": None} if verdict is None else verdict.to_dict()
     values["shortcomings"] = list(result.shortcomings)
     run.write_result(values)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ltlc.cli.messages import complain
 
 if TYPE_CHECKING:
+    from ltlc.agents.training.run_folder import RunFolder
     from ltlc.faithful import Shortfall
     from ltlc.mdp.estimate import Estimate
     from ltlc.mdp.figures import Line
@@ -65,6 +66,14 @@ def warn_of_shortfall(found: Shortfall | None, task: Task) -> None:
             options.append("without --on-deadlock")
         how = f" ({' '.join(options)})"
     complain(f"warning: {found.text}{how}")
+
+
+def fitted_text(run: RunFolder) -> str:
+    """The rewards of a run whose agent has fitted them to what it can tell apart, and how to have others."""
+    return (
+        f"{run.learned_task.scheme}, fitted to how far a network looks ahead: what takes longer counts for less than "
+        f"it does for the probability of satisfaction. Others: --hyper horizon=N (0: {run.task.scheme})"
+    )
 
 
 def checks_of(exported: Exported | None) -> dict[str, Any]:

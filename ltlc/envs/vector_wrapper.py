@@ -263,6 +263,11 @@ class LTLVectorWrapper(AnyVectorWrapper):
             for key, entry in FLAT_INFO.items():
                 infos[key], infos[f"_{key}"] = ltl[entry].copy(), mask.copy()
 
+    @property
+    def adds_base_reward(self) -> bool:
+        """Whether the environment's own rewards are paid on top of those of the task."""
+        return self._base_reward == "add"
+
     def _rewards(self, ltl: dict[str, Any], base_rewards: FloatArray) -> FloatArray:
         if self._base_reward == "add":
             return np.asarray(ltl["reward"] + base_rewards)

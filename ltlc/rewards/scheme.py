@@ -83,6 +83,13 @@ class RewardScheme(ABC):
         """
         return None
 
+    def for_horizon(self, steps: int) -> RewardScheme:
+        """The scheme for a learner that looks so many steps ahead, at least 2.
+
+        Parameters that were set stay; here all do.
+        """
+        return self
+
     @property
     def has_guarantee(self) -> bool:
         """Whether optimal policies maximise the probability of satisfaction, near enough to a limit of parameters."""

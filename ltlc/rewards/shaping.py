@@ -73,6 +73,10 @@ class Shaped(RewardScheme):
         nearer = self.scheme.towards_limit(k)
         return None if nearer is None else dataclasses.replace(self, scheme=nearer)
 
+    def for_horizon(self, steps: int) -> RewardScheme:
+        """As the scheme underneath."""
+        return dataclasses.replace(self, scheme=self.scheme.for_horizon(steps))
+
     def refinement(self, dra: DRA) -> Refinement:
         """That of the scheme underneath."""
         return self.scheme.refinement(dra)

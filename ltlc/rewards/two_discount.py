@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -50,6 +51,13 @@ class TwoDiscount(BuchiScheme):
             gamma_accept=nearer_to_one(self.gamma_accept, k - 1),
             gamma=nearer_to_one(self.gamma, 2 * k - 1),
         )
+
+    def for_horizon(self, steps: int) -> RewardScheme:
+        """1 - gamma is 1 / steps, and 1 - gamma_accept the root of half of that, as the guarantee asks."""
+        if self != TwoDiscount():
+            return self
+        lost = 1 / steps
+        return TwoDiscount(gamma_accept=1 - math.sqrt(lost / 2), gamma=1 - lost)
 
     def payments(self, accepted: BoolArray) -> StepRewards:
         """The value of accepting for ever is 1."""

@@ -1,5 +1,6 @@
 """What reaches the replay buffer: executed actions, true last observations, no bogus transitions."""
 
+import itertools
 from typing import Any
 
 import gymnasium as gym
@@ -9,7 +10,8 @@ import torch
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from ltlc.agents.double_dqn.replay import ReplayBuffer
+from ltlc.agents.double_dqn.places import Places
+from ltlc.agents.double_dqn.replay import ReplayBuffer, ReplaySize
 from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.training.collect import Collector, Interface
 from ltlc.agents.transitions import FIELDS, TransitionBatch
@@ -130,37 +132,70 @@ def test_the_executed_action_is_stored_and_not_the_greedy_one() -> None:
     executed = np.array([1, 0, 1])
     steps = source.step(executed)
     assert steps.action.tolist() == executed.tolist()
-    buffer = ReplayBuffer(10, 1, np.int64)
+    buffer = buffer_of(ReplaySize(30, 20, 3))
     buffer.add(steps)
-    assert buffer.columns["action"][:3].tolist() == executed.tolist()
+    assert buffer.columns["action"][:, 0].tolist() == executed.tolist()
 
 
-def test_buffer_keeps_the_last_rows_and_samples_whole_ones() -> None:
-    buffer = ReplayBuffer(5, 1, np.int64)
-    for first in (0, 4, 8):
-        n = np.arange(first, first + 4)
-        buffer.add(TransitionBatch(n[:, None], n, n, n, n.astype(float), n % 2 == 0, n[:, None] + 1))
-    assert len(buffer) == 5 and buffer.added == 12
-    assert sorted(buffer.columns["action"].tolist()) == [7, 8, 9, 10, 11]
-    sample = buffer.sample(100, torch.Generator().manual_seed(0))
-    assert set(sample.action.tolist()) == {7, 8, 9, 10, 11}
-    for row in rows(sample):
-        a = row[0]
-        assert row == (a, a, a, a, float(a), a % 2 == 0, a + 1)
-    many = np.arange(20)
-    buffer.add(TransitionBatch(many[:, None], many, many, many, many * 1.0, many < 0, many[:, None]))
-    assert sorted(buffer.columns["action"].tolist()) == [15, 16, 17, 18, 19]
+def buffer_of(size: ReplaySize, space: spaces.Space[Any] | None = None) -> ReplayBuffer:
+    encoder = ObservationEncoder(space or spaces.Discrete(5))
+    return ReplayBuffer(size, encoder, Places(encoder))
 
 
-def test_buffer_comes_back_from_its_state() -> None:
-    one, other = ReplayBuffer(5, 1, np.int64), ReplayBuffer(5, 1, np.int64)
-    n = np.arange(7)
-    one.add(TransitionBatch(n[:, None], n, n, n, n * 1.0, n > 3, n[:, None]))
+def filled(mode: AutoresetMode, rounds: int, size: ReplaySize) -> tuple[ReplayBuffer, list[list[tuple[Any, ...]]]]:
+    """A buffer, and the steps that were put into it, of each sub-environment in order."""
+    source, random, buffer = collector(lines(mode)), np.random.default_rng(1), buffer_of(size)
+    made: list[list[tuple[Any, ...]]] = [[], [], []]
+    for i in range(rounds):
+        if i == rounds - 3:  # new episodes everywhere
+            source.reset(5)
+            buffer.cut()
+        steps = source.step(random.integers(0, 2, 3))
+        buffer.add(steps)
+        for copy, row in zip(steps.copy.tolist(), rows(steps), strict=True):
+            made[copy].append(row)
+    return buffer, made
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_the_buffer_gives_back_the_newest_steps_whole(mode: AutoresetMode) -> None:
+    buffer, made = filled(mode, 40, ReplaySize(36, 20, 3))
+    newest = {row for steps in made for row in steps[-8:]}
+    everything = {row for steps in made for row in steps}
+    assert len(buffer) == 36 and buffer.steps == sum(map(len, made))
+    sample = set(rows(buffer.sample(2_000, torch.Generator().manual_seed(0))))
+    assert newest <= sample <= everything
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_segments_are_steps_that_followed_one_another(mode: AutoresetMode) -> None:
+    buffer, made = filled(mode, 40, ReplaySize(36, 20, 3))
+    found = buffer.sample_segments(400, 4, torch.Generator().manual_seed(0))
+    assert found.observation.shape == (400, 5, 1) and found.letter_class.shape == (400, 4)
+    following = [pair for steps in made for pair in itertools.pairwise(steps)]
+    seen = 0
+    for i in range(400):
+        for t in range(3):
+            if found.real[i, t] and found.real[i, t + 1]:
+                one, two = (
+                    (int(found.observation[i, k, 0]), int(found.action[i, k]), bool(found.terminated[i, k]))
+                    for k in (t, t + 1)
+                )
+                assert any((a[0], a[2], a[5], b[0], b[2], b[5]) == (*one, *two) for a, b in following)
+                assert not one[2] and int(found.observation[i, t + 1, 0]) == one[0] + 2 * one[1] - 1
+                seen += 1
+    assert seen > 100
+
+
+def test_the_buffer_comes_back_from_its_state() -> None:
+    size = ReplaySize(36, 20, 3)
+    one, _ = filled(AutoresetMode.NEXT_STEP, 9, size)
+    other = buffer_of(size)
     other.load_state_dict(one.state_dict())
-    assert all(torch.equal(one.columns[name], other.columns[name]) for name in FIELDS)
-    assert other.added == 7
+    drawn = [rows(buffer.sample(50, torch.Generator().manual_seed(0))) for buffer in (one, other)]
+    assert drawn[0] == drawn[1] and other.steps == one.steps
     with pytest.raises(InvalidArgumentError, match="does not fit this buffer"):
-        ReplayBuffer(5, 2, np.int64).load_state_dict(one.state_dict())
+        buffer_of(size, spaces.MultiDiscrete([5, 5])).load_state_dict(one.state_dict())
 
 
 def test_environments_the_agent_cannot_take_are_refused() -> None:

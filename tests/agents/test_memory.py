@@ -14,6 +14,8 @@ from gymnasium import spaces
 from gymnasium.vector import SyncVectorEnv
 
 from ltlc.agents import DQNConfig, train
+from ltlc.agents.double_dqn.replay import ReplaySize
+from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.training import memory
 from ltlc.agents.training.memory import check_memory, free_memory, size_text
 from ltlc.agents.training.storage import read_file, write_file
@@ -81,7 +83,7 @@ def test_a_short_run_of_pictures_takes_what_it_needs(
     monkeypatch.chdir(tmp_path)
     Path("pictures.py").write_text(PICTURES)
     assert run(["train", *PONG, "--steps", "40", "--out", "here", *TINY]) == 0
-    assert "Replay: the last 41 steps, 8.27 MB" in capsys.readouterr().out  # 2 pictures of 100 800 bytes each
+    assert "Replay: the last 41 steps, 4.24 MB" in capsys.readouterr().out  # a picture of 100 800 bytes each
     assert Path("here/checkpoint.ltlc").stat().st_size < 15e6
 
 
@@ -93,7 +95,7 @@ def test_too_much_is_refused_before_anything_is_written(
     Path("pictures.py").write_text(PICTURES)
     assert run(["train", *PONG, "--steps", "300000", "--out", "here", *TINY, "--hyper", "max_memory=1.5"]) == 3
     error = capsys.readouterr().err
-    assert "the replay of 200000 steps of 202 kB each, with its copy for a checkpoint, would take 80.7 GB" in error
+    assert "the replay of 200000 steps of 101 kB each, with its copy for a checkpoint, would take 40.3 GB" in error
     assert "1.5 GB are allowed (max_memory); lower buffer_size" in error
     assert not Path("here").exists()
     monkeypatch.setattr(memory, "free_memory", lambda device: 4_000_000_000)
@@ -102,11 +104,18 @@ def test_too_much_is_refused_before_anything_is_written(
     assert run(["train", *PONG, "--steps", "40", "--out", "here", *TINY, "-q"]) == 0
 
 
+def test_large_images_take_four_gigabytes_unless_somebody_says_so() -> None:
+    frames = ObservationEncoder(spaces.Box(0, 255, (84, 84, 4), np.uint8))
+    size = ReplaySize.of(DQNConfig(), frames, 16)
+    assert 3.9e9 < size.bytes < 4.001e9
+    assert ReplaySize.of(DQNConfig(max_memory=9.0), frames, 16).rows == DQNConfig().buffer_size
+
+
 @pytest.mark.slow
 def test_in_python_likewise() -> None:
-    config = DQNConfig(hidden=(2,), batch_size=2, total_steps=30, max_memory=0.0004)
-    with pytest.raises(MemoryLimitExceeded, match=r"the replay of 32 steps of 12 kB each would take 385 kB"):
-        train(pixels(), DQNConfig(**config.to_dict() | {"max_memory": 0.0003}))
+    config = DQNConfig(hidden=(2,), batch_size=2, total_steps=30, max_memory=0.00022)
+    with pytest.raises(MemoryLimitExceeded, match=r"the replay of 32 steps of 6.05 kB each would take 206 kB"):
+        train(pixels(), DQNConfig(**config.to_dict() | {"max_memory": 0.0002}))
     assert train(pixels(), config).steps == 30
 
 

@@ -24,7 +24,9 @@ from ltlc.agents import (
     greedy_policy,
     train,
 )
-from ltlc.agents.double_dqn.replay import ReplayBuffer
+from ltlc.agents.double_dqn.places import Places
+from ltlc.agents.double_dqn.replay import ReplayBuffer, ReplaySize
+from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.fitted_q.numbering import Numbering
 from ltlc.agents.fitted_q.table import QTable
 from ltlc.agents.fitted_q.visits import VisitCounts
@@ -189,9 +191,10 @@ def test_a_checkpoint_of_another_agent_is_refused(tmp_path: Path) -> None:
         DoubleDQN.load(tmp_path / "policy.ltlc")
 
 
-def test_the_network_has_one_layer_of_256_by_default() -> None:
+def test_the_network_has_two_layers_of_256_by_default() -> None:
     agent = DoubleDQN(MANY, 4, Task("F A", "two-discount").tables, DQNConfig())
-    assert [tuple(weights.shape)[:1] for weights in agent.q_network.parameters()][:1] == [(256,)]
+    linear = [layer.out_features for layer in agent.q_network.layers if isinstance(layer, torch.nn.Linear)]
+    assert linear[:2] == [256, 256] and len(linear) == 3
 
 
 def steps(*rows: tuple[int, int, int, int, float, bool]) -> TransitionBatch:
@@ -228,7 +231,9 @@ def test_equal_steps_are_counted() -> None:
 
 def test_experience_of_another_kind_is_refused() -> None:
     counts, wider = (VisitCounts(Numbering(width, np.int64, 9), 1, 1) for width in (1, 2))
-    for state in (wider.state_dict(), ReplayBuffer(4, 1, np.int64).state_dict()):
+    encoder = ObservationEncoder(spaces.Discrete(2))
+    replay = ReplayBuffer(ReplaySize(4, 20, 1), encoder, Places(encoder))
+    for state in (wider.state_dict(), replay.state_dict()):
         with pytest.raises(InvalidArgumentError, match="of another kind"):
             counts.load_state_dict(state)
 

@@ -49,6 +49,7 @@ TASK = Task("F(A & F B) & G !C", reward="thesis", on_deadlock="stay")
 QUICK: dict[str, Any] = {
     "hidden": (32,), "batch_size": 256, "buffer_size": 20_000, "learning_starts": 256, "epsilon_steps": 2_000,
     "total_steps": 6_000, "log_every": 1_000, "checkpoint_every": 2_500, "learning_rate": 3e-3, "averaging": 0.02,
+    "train_frequency": 4, "tau": 0.1,
 }  # fmt: skip
 
 

@@ -7,38 +7,19 @@ import numpy as np
 import pytest
 import torch
 from gymnasium import spaces
+from small_tables import small_tables
 
 from ltlc.agents import DoubleDQN, DQNConfig
-from ltlc.agents.double_dqn.networks import QNetwork, move_towards
+from ltlc.agents.double_dqn.networks import Follower, QNetwork
 from ltlc.agents.double_dqn.update import policy_values
 from ltlc.agents.tensor_tables import reachable_states
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import recorded_automaton
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
-from ltlc.rewards import RewardTables, get_scheme
+from ltlc.rewards import RewardTables, get_scheme, value_bounds
 
 N_OBSERVATIONS, N_ACTIONS = 5, 3
-SMALL: dict[str, Any] = {"hidden": (8,), "batch_size": 16, "reward_scale": 10.0}
-
-
-def small_tables() -> RewardTables:
-    """Three states, of which 2 is entered only where the episode surely stops; two letter classes."""
-    return RewardTables(
-        aps=("a",),
-        letter_class=np.array([0, 1]),
-        initial_state=0,
-        next_state=np.array([[0, 1], [1, 2], [2, 2]]),
-        reward=np.array([[-1.0, -2.0], [3.0, 4.0], [7.0, 7.0]]),
-        discount=np.array([[0.9, 0.8], [1.0, 0.7], [0.5, 0.5]]),
-        stop=np.array([[0.0, 0.25], [0.0, 1.0], [0.0, 0.0]]),
-        stop_reward=np.array([[0.0, 8.0], [0.0, -5.0], [0.0, 0.0]]),
-        violated=np.zeros((3, 2), dtype=bool),
-        accepted=np.zeros((3, 2), dtype=bool),
-        automaton_state=np.arange(3),
-        progress=np.zeros(3),
-        closing=np.array([[6.0, -6.0], [10.0, 20.0], [0.0, 1.0]]),
-        on_termination="repeat",
-    )
+SMALL: dict[str, Any] = {"hidden": (8,), "batch_size": 16, "reward_scale": 10.0, "output": "linear"}
 
 
 def agent(tables: RewardTables | None = None, n_observations: int = N_OBSERVATIONS, **changes: Any) -> DoubleDQN:
@@ -80,7 +61,7 @@ def test_states_entered_only_at_the_end_are_not_learned() -> None:
 def test_targets_equal_a_loop_over_steps_and_states(double: bool, state_input: str, batch_size: int) -> None:
     tables = small_tables()
     learner = agent(double=double, state_input=state_input, batch_size=batch_size)
-    move_towards(learner.target_network, agent(seed=9, state_input=state_input).q_network, 1.0)
+    Follower(learner.target_network, agent(seed=9, state_input=state_input).q_network).move(1.0)
     steps = batch(12)
     found = learner.loss.targets(learner.q_network, learner.target_network, steps)
     for i in range(12):
@@ -94,6 +75,18 @@ def test_targets_equal_a_loop_over_steps_and_states(double: bool, state_input: s
             reward = tables.reward[q, c] + tables.stop[q, c] * tables.stop_reward[q, c] + steps.base_reward[i]
             expected = reward / 10 + tables.discount[q, c] * (1 - tables.stop[q, c]) * following
             assert found[i, k].item() == pytest.approx(float(expected), abs=1e-5)
+
+
+def test_targets_are_kept_within_what_values_can_be() -> None:
+    tables, steps = dataclasses.replace(small_tables(), discount=np.full((3, 2), 0.5)), batch(12)
+    bounds = value_bounds(tables)
+    learner, free = agent(tables, output="bounded"), agent(tables)
+    for network in (learner.target_network, free.target_network):
+        with torch.no_grad():
+            network.layers[-1].bias.add_(100.0)
+    found, wild = (one.loss.targets(one.q_network, one.target_network, steps) for one in (learner, free))
+    largest = torch.as_tensor(bounds.largest[[0, 1]] / 10, dtype=torch.float32)
+    assert (wild > largest).any() and torch.allclose(found, torch.minimum(wild, largest))
 
 
 @pytest.mark.parametrize("state_input", ["heads", "one-hot", "raw"])
@@ -230,7 +223,7 @@ def test_running_statistics_move_with_the_weights() -> None:
     networks = [QNetwork(2, 1, 2, config, torch.Generator().manual_seed(seed)) for seed in (0, 1)]
     networks[1].train()
     networks[1](torch.randn(10, 2, generator=torch.Generator().manual_seed(0)))
-    move_towards(networks[0], networks[1], 0.5)
+    Follower(*networks).move(0.5)
     moved, goal = (network.state_dict()["layers.2.running_mean"] for network in networks)
     assert torch.allclose(moved, goal / 2)
     assert networks[0].state_dict()["layers.2.num_batches_tracked"] == 1

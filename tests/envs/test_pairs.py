@@ -155,6 +155,7 @@ MAP = "S.A\n.C.\nB.."
 QUICK: dict[str, Any] = {
     "hidden": (32,), "batch_size": 128, "buffer_size": 10_000, "learning_starts": 256, "epsilon_steps": 1_500,
     "total_steps": 5_000, "log_every": 5_000, "checkpoint_every": 5_000, "learning_rate": 3e-3, "averaging": 0.02,
+    "train_frequency": 8, "tau": 0.1,
 }  # fmt: skip
 
 

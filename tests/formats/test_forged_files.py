@@ -45,7 +45,7 @@ def test_mutants(makers: dict[str, tuple[Maker, Reader]], kind: str) -> None:
 
 def policy(folder: Path) -> Path:
     """A policy with two inputs, three hidden units and two actions."""
-    agent = DoubleDQN(spaces.Box(-1, 1, (2,)), 2, Task("F a").tables, DQNConfig(hidden=(3,)))
+    agent = DoubleDQN(spaces.Box(-1, 1, (2,)), 2, Task("F a").tables, DQNConfig(hidden=(3,), layer_norm=False, waves=0))
     return agent.save(folder / "policy.ltlc")
 
 

@@ -1,0 +1,197 @@
+"""Targets of segments against a slow recursion, outputs within their bounds, curiosity, whims, horizons."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from gymnasium import spaces
+from small_tables import small_tables
+
+from ltlc.agents import DoubleDQN, DQNConfig
+from ltlc.agents.double_dqn.config import fitted_horizon
+from ltlc.agents.double_dqn.exploration import Whims
+from ltlc.agents.double_dqn.replay import Segments
+from ltlc.agents.training.collect import Interface
+from ltlc.agents.transitions import TransitionBatch
+from ltlc.envs import LTLVectorWrapper, VectorGridWorld
+from ltlc.rewards import RewardTables, get_scheme, value_bounds
+from ltlc.rewards.two_discount import TwoDiscount
+from ltlc.task import Task
+
+CHOICE = Task("(FG a | FG b) & G !c", acceptance="transition").tables
+
+
+N_OBSERVATIONS, N_ACTIONS = 5, 3
+
+
+def agent(tables: RewardTables, **changes: Any) -> DoubleDQN:
+    config = DQNConfig(**({"hidden": (8,), "batch_size": 16, "reward_scale": 10.0} | changes))
+    return DoubleDQN(spaces.Discrete(N_OBSERVATIONS), N_ACTIONS, tables, config)
+
+
+def segments(count: int, length: int, n_classes: int, seed: int = 0) -> Segments:
+    g = torch.Generator().manual_seed(seed)
+    real = torch.rand((count, length + 1), generator=g) < 0.9
+    return Segments(
+        observation=torch.randint(N_OBSERVATIONS, (count, length + 1, 1), generator=g),
+        action=torch.randint(N_ACTIONS, (count, length + 1), generator=g),
+        letter_class=torch.randint(n_classes, (count, length), generator=g),
+        base_reward=torch.randint(3, (count, length), generator=g).float(),
+        terminated=torch.rand((count, length), generator=g) < 0.1,
+        real=real,
+        place=torch.randint(N_OBSERVATIONS, (count, length + 1), generator=g),
+    )
+
+
+@pytest.mark.parametrize("tables", [small_tables(), CHOICE], ids=["plain", "choices"])
+@pytest.mark.parametrize("double", [False, True])
+def test_targets_equal_a_recursion_over_steps_and_states(tables: RewardTables, double: bool) -> None:
+    learner = agent(tables, double=double, trace_decay=0.75, output="linear")
+    found = segments(6, 5, tables.n_classes)
+    g = torch.Generator().manual_seed(1)
+    shape = (6, 5, tables.n_states, N_ACTIONS)
+    worth, online = torch.randn(shape, generator=g), torch.randn(shape, generator=g)
+    targets = learner.trace_loss.targets(found, worth, online if double else worth)
+    options = [[q, *(int(i) for i in row if i >= 0)] for q, row in enumerate(tables.select_pair)]
+
+    def target(i: int, t: int, q: int) -> float:
+        c = int(found.letter_class[i, t])
+        after = int(tables.next_state[q, c])
+        if found.terminated[i, t]:
+            following = tables.final_value[q, c] / 10
+        else:
+            each = [(o, a) for o in options[after] for a in range(N_ACTIONS)]
+            best, action = max(each, key=lambda pair: float((online if double else worth)[i, t, pair[0], pair[1]]))
+            following = float(worth[i, t, best, action])
+            if t < 4 and found.real[i, t + 1] and action == int(found.action[i, t + 1]):
+                following += 0.75 * (target(i, t + 1, best) - following)
+        reward = tables.expected_reward[q, c] + float(found.base_reward[i, t])
+        return float(reward / 10 + tables.expected_discount[q, c] * following)
+
+    for i in range(6):
+        for t in range(5):
+            for q in range(tables.n_states):
+                assert targets[i, t, q].item() == pytest.approx(target(i, t, q), abs=1e-4)
+
+
+def test_single_steps_have_the_targets_of_single_steps() -> None:
+    learner, found = agent(small_tables(), trace_decay=1.0), segments(12, 1, 2)
+    steps = TransitionBatch(
+        observation=found.observation[:, 0], state=found.action[:, 0] % 2, action=found.action[:, 0],
+        letter_class=found.letter_class[:, 0], base_reward=found.base_reward[:, 0],
+        terminated=found.terminated[:, 0], next_observation=found.observation[:, 1],
+    )  # fmt: skip
+    features = learner.encoder.features(steps.next_observation)
+    worth, online = learner.target_network(features)[:, None], learner.q_network(features)[:, None]
+    targets = learner.trace_loss.targets(found, worth, online)[:, 0, :2]
+    assert torch.allclose(targets, learner.loss.targets(learner.q_network, learner.target_network, steps), atol=1e-6)
+
+
+def test_values_never_leave_what_values_can_be() -> None:
+    tables = Task("F a & G !b").tables
+    learner = DoubleDQN(spaces.Box(-1, 1, (2,)), 3, tables, DQNConfig(hidden=(8,)))
+    with torch.no_grad():
+        for weights in learner.q_network.parameters():
+            weights.mul_(1e3)
+    learner.policy_network.load_state_dict(learner.q_network.state_dict())
+    values = learner.q_values(np.random.default_rng(0).uniform(-1, 1, (50, 2)).astype(np.float32))
+    bounds = value_bounds(tables)
+    assert (values >= bounds.least[:, None] - 1e-6).all() and (values <= bounds.largest[:, None] + 1e-6).all()
+    assert values[:, tables.initial_state].max() > 0.99 and values[:, tables.initial_state].min() < 0.01
+    decided = DoubleDQN(spaces.Discrete(3), 2, Task("!b U a").tables, DQNConfig(hidden=(8,))).tensor_tables
+    assert decided.open.tolist() == [Task("!b U a").tables.initial_state]  # all else is decided
+
+
+def test_costs_are_learned_with_plain_outputs() -> None:
+    learner = DoubleDQN(spaces.Discrete(3), 2, Task("F a", "thesis").tables, DQNConfig(hidden=(8,)))
+    assert learner.q_network.bounds is None
+    assert learner.update(small_segments(learner), 1e-3) >= 0
+
+
+def test_an_action_behind_the_best_one_is_pushed_further_behind() -> None:
+    learner, plain = (agent(CHOICE, advantage_learning=part, curiosity=0.0) for part in (0.5, 0.0))
+    found, part = segments(4, 3, CHOICE.n_classes), 0.5
+    features = learner.encoder.features(found.observation.flatten(0, 1))
+    values = learner.q_network(features).view(4, 4, CHOICE.n_states, N_ACTIONS).detach()
+    targets = plain.trace_loss.targets(found, values[:, 1:], values[:, 1:])
+    loss = torch.zeros(())
+    for i, t in np.ndindex(4, 3):
+        for q in learner.tensor_tables.open.tolist():
+            value = values[i, t, q]
+            chosen = value[found.action[i, t]]
+            target = (targets[i, t, q] - part * (value.max() - chosen)).clamp(0, 1)  # bounds of these tables
+            if found.real[i, t]:
+                loss -= target * chosen.log() + (1 - target) * (1 - chosen).log()
+    loss /= found.real[:, :-1].sum()
+    assert torch.allclose(learner.trace_loss(learner.q_network, learner.q_network, found), loss)
+    assert not torch.allclose(plain.trace_loss(plain.q_network, plain.q_network, found), loss)
+
+
+def small_segments(learner: DoubleDQN) -> Segments:
+    found = segments(4, 3, learner.tables.n_classes)
+    small = {name: getattr(found, name) % 2 for name in ("observation", "action", "place")}
+    return dataclasses.replace(found, **small)
+
+
+def test_waiting_with_a_choice_is_never_better_than_next_to_nothing() -> None:
+    learner = DoubleDQN(spaces.Discrete(4), 2, CHOICE, DQNConfig(hidden=(8,), curiosity=0.0))
+    state = np.array([CHOICE.initial_state])
+    assert learner.tensor_tables.n_options == 3
+    for layer in learner.policy_network.layers:
+        if isinstance(layer, torch.nn.Linear):
+            last = layer
+    with torch.no_grad():
+        last.weight.zero_()
+        last.bias.copy_(torch.linspace(0, 1, len(last.bias)).flip(0) / 100)  # the state itself is best, by a hair
+    assert learner.policy(np.array([0]), state)[0] >= 2
+    with torch.no_grad():
+        last.bias.view(-1, 2)[CHOICE.initial_state] = 3.0  # by far
+    assert learner.policy(np.array([0]), state)[0] < 2
+
+
+def test_curiosity_looks_for_what_was_not_tried() -> None:
+    learner = agent(Task("F a").tables, curiosity=1.0, epsilon_start=0.0)
+    packed = learner.encoder.pack(np.arange(N_OBSERVATIONS))
+    learner._tries[:] = 50
+    learner._tries[0, np.arange(N_OBSERVATIONS), [2, 0, 1, 1, 2]] = 0
+    states = np.zeros(N_OBSERVATIONS, dtype=np.int64)
+    chosen = learner.explore(packed, states, 0.0, torch.Generator().manual_seed(0))
+    assert chosen.tolist() == [2, 0, 1, 1, 2]
+    found = segments(5, 4, learner.tables.n_classes)
+    sought = torch.full((5, 4, learner.tables.n_states, N_ACTIONS), -20.0)
+    near = learner.trace_loss.novelty(found, sought)
+    open_step = (learner.tables.next_state[0, found.letter_class.numpy()] == 0) & ~found.terminated.numpy()
+    assert torch.allclose(near[..., 0][torch.from_numpy(open_step)], torch.tensor(0.98))
+    assert not near[..., 0][torch.from_numpy(~open_step)].any()
+
+
+@pytest.mark.parametrize("changes", [{}, {"persistence": 1, "ladder": 0.0}])
+def test_whims_are_as_frequent_as_epsilon_says(changes: dict[str, Any]) -> None:
+    config = DQNConfig(**({"persistence": 20} | changes))
+    whims, g = Whims(config, 3), torch.Generator().manual_seed(0)
+    odd = torch.stack([whims.draw(8, 0.3, g) >= 0 for _ in range(4_000)]).double().mean(dim=0)
+    if changes:
+        assert torch.allclose(odd, torch.tensor(0.3).double(), atol=0.03)
+    else:
+        assert odd[0] > 0.5 and odd[7] < 0.1 and (odd.diff() < 0.02).all()
+    whims.clear()
+    assert (whims.draw(8, 0.0, g) < 0).all()
+
+
+def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> None:
+    assert [fitted_horizon(steps, counted=False) for steps in (None, 75, 300, 5000)] == [50, 20, 30, 50]
+
+    def fitted(task: Task, **changes: Any) -> tuple[int | None, RewardTables | None]:
+        env = LTLVectorWrapper(VectorGridWorld("S.A", 2), task)
+        config, tables = DoubleDQN.fitted(DQNConfig(**changes), Interface.of(env))
+        return config.horizon, tables
+
+    plain = Task("F A")
+    horizon, tables = fitted(plain)
+    assert horizon == 2000 and tables is not None and tables.discount[0, 0] == 1 - 1 / 2000
+    assert fitted(plain, horizon=0) == (0, plain.tables)
+    told = Task("F A", get_scheme("two-discount", gamma=0.5))
+    assert fitted(told) == (2000, told.tables)
+    assert TwoDiscount().for_horizon(50) == TwoDiscount(gamma_accept=0.9, gamma=0.98)
