@@ -13,7 +13,7 @@ from gymnasium import spaces
 from torch import Tensor
 
 from ltlc.envs import LTLVectorWrapper
-from ltlc.errors import InvalidArgumentError, TrainingDiverged
+from ltlc.errors import TrainingDiverged
 from ltlc.rewards import RewardTables, ValueBounds, value_bounds
 from ltlc.task import Task
 
@@ -25,6 +25,7 @@ from ..transitions import TransitionBatch
 from ..trunk import Trunk
 from ..value_agent import ValueAgent
 from .config import DQNConfig, fitted_horizon
+from .device import available, check_device
 from .exploration import ExploringStarts, Whims
 from .networks import Follower, QNetwork, layer_widths
 from .places import Places
@@ -79,7 +80,7 @@ class DoubleDQN(ValueAgent):
     def __init__(
         self, observation_space: spaces.Space[Any], n_actions: int, tables: RewardTables | None, config: DQNConfig
     ) -> None:
-        _check_device(config.device)
+        check_device(config.device)
         super().__init__(
             observation_space, n_actions, tables, config,
             observation_input=config.observation_input, device=config.device,
@@ -333,7 +334,7 @@ class DoubleDQN(ValueAgent):
     @classmethod
     def placed(cls, config: DQNConfig, device: str | None) -> DQNConfig:
         """Return the configuration for a device; None: for the one it names, or the CPU if that is not there."""
-        there = config.device if _available(config.device) else "cpu"
+        there = config.device if available(config.device) else "cpu"
         return dataclasses.replace(config, device=there if device is None else device)
 
     def load_policy(self, state: dict[str, Any]) -> None:
@@ -346,16 +347,3 @@ def _squashable(tables: RewardTables, bounds: ValueBounds) -> bool:
     """Whether values can be kept within bounds by squashing: they are known, and only gains are paid."""
     finite = np.isfinite(bounds.least).all() and np.isfinite(bounds.largest).all()
     return bool(finite and (tables.expected_reward >= 0).all() and (tables.final_value >= 0).all())
-
-
-def _available(device: str) -> bool:
-    try:
-        torch.zeros(1, device=device).item()  # a device like `meta` has no numbers
-    except (RuntimeError, AssertionError):
-        return False
-    return True
-
-
-def _check_device(device: str) -> None:
-    if not _available(device):
-        raise InvalidArgumentError(f'PyTorch cannot use the device {device!r} on this machine; try device="cpu"')

@@ -11,8 +11,9 @@ from small_tables import small_tables
 
 from ltlc.agents import DoubleDQN, DQNConfig
 from ltlc.agents.double_dqn.config import fitted_horizon
-from ltlc.agents.double_dqn.exploration import Whims
+from ltlc.agents.double_dqn.exploration import ExploringStarts, Whims
 from ltlc.agents.double_dqn.replay import Segments
+from ltlc.agents.tensor_tables import TensorTables
 from ltlc.agents.training.collect import Interface
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import LTLVectorWrapper, VectorGridWorld
@@ -23,6 +24,7 @@ from ltlc.task import Task
 CHOICE = Task("(FG a | FG b) & G !c", acceptance="transition").tables
 
 
+SEQUENCE = Task("F(a & F(b & F c)) & G !d").tables
 N_OBSERVATIONS, N_ACTIONS = 5, 3
 
 
@@ -178,6 +180,29 @@ def test_whims_are_as_frequent_as_epsilon_says(changes: dict[str, Any]) -> None:
         assert odd[0] > 0.5 and odd[7] < 0.1 and (odd.diff() < 0.02).all()
     whims.clear()
     assert (whims.draw(8, 0.0, g) < 0).all()
+
+
+def test_episodes_act_as_if_the_automaton_were_in_any_open_state() -> None:
+    tables = TensorTables.of(SEQUENCE, bounds=value_bounds(SEQUENCE))
+    n, g, rng = 50, torch.Generator().manual_seed(0), np.random.default_rng(0)
+    own = torch.full((n,), SEQUENCE.initial_state)
+    assert ExploringStarts(DQNConfig(exploring_starts=0.0), tables).states(own, g) is own
+    starts = ExploringStarts(DQNConfig(exploring_starts=0.5), tables)
+    first = starts.states(own, g)
+    assert {*first.tolist()} == {*tables.open.tolist()}  # all of them, and none that is decided
+    copies, state = torch.arange(n), first
+    for _ in range(20):
+        letters = torch.from_numpy(rng.integers(SEQUENCE.n_classes, size=n))
+        starts.advance(copies, letters, torch.zeros(n, dtype=torch.bool))
+        following = tables.next_state[state, letters]
+        state = starts.states(own, g)
+        imagined = (first != own) & torch.isin(following, tables.open)
+        assert (state == following)[imagined].all() and torch.isin(state, tables.open).all()
+    decided = torch.full((n,), int(np.setdiff1d(np.arange(SEQUENCE.n_states), tables.open)[0]))
+    assert torch.isin(starts.states(decided, g), tables.open).all()
+    starts.advance(copies[:1], letters[:1], torch.ones(1, dtype=torch.bool))
+    starts.clear()
+    assert 10 < (starts.states(own, g) == own).sum() < n
 
 
 def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> None:
