@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
+from ltlc.envs.action_masks import MASK, usable
 from ltlc.errors import InvalidArgumentError
 
 from .config import ObservationInput
@@ -59,6 +60,9 @@ class ObservationEncoder:
     is flattened; where it is bounded, `one-hot` also scales it to [-1, 1]. Dict and Tuple are joined part by part;
     texts in them are left out. What a network makes of images and of what has no bounds, `Trunk` says.
 
+    An entry `action_mask` of a Dict, which says what actions are allowed, stands at the end of packed rows, and is
+    neither an input nor tells observations apart.
+
     Args:
         space: of a single observation.
         mode: see `DQNConfig.observation_input`.
@@ -67,7 +71,8 @@ class ObservationEncoder:
         width: columns of a packed row.
         dtype: of a packed row: of the numbers if all are of one kind, else uint8, and the columns are their bytes.
         n_features: columns of a network input.
-        leaves: the parts.
+        leaves: the parts, without the mask.
+        mask: the mask; None where there is none.
         discrete: whether all numbers are whole, so that observations can be told from each other by their rows.
         n_observations: how many observations there are, or 0 if they are not numbered (a part that is not discrete,
             more than `COUNTED`).
@@ -80,34 +85,43 @@ class ObservationEncoder:
     def __init__(self, space: spaces.Space[Any], mode: ObservationInput = "one-hot") -> None:
         self.space, self.mode = space, mode
         parts = [(path, part) for path, part in _parts(space, ()) if not is_text(part)]
+        parts.sort(key=lambda part: part[0] == (MASK,))  # the mask last, and all else as it was
         self.ignored = [_name(path) for path, part in _parts(space, ()) if is_text(part)]
-        if not parts:
+        if not parts or parts[0][0] == (MASK,):
             raise InvalidArgumentError(f"the agent cannot take observations of {space}, which has no numbers")
         kinds = {_packed_kind(part) for _, part in parts}
         self._in_bytes = len(kinds) > 1
         self.dtype: npt.DTypeLike = np.uint8 if self._in_bytes else kinds.pop()
         self.leaves: list[Leaf] = []
+        self.mask: Leaf | None = None
         self.width = self.n_features = 0
         for path, part in parts:
             kind, sizes = _packed_kind(part), _sizes(part)
             numbers = math.prod(part.shape or (1,))
             columns = slice(self.width, self.width + numbers * (np.dtype(kind).itemsize if self._in_bytes else 1))
-            features = slice(self.n_features, self.n_features + n_features(part, mode))
+            shown = 0 if path == (MASK,) else n_features(part, mode)
+            features = slice(self.n_features, self.n_features + shown)
             self.leaves.append(Leaf(path, part, kind, columns, features, sizes, _start(part), _scale(part, mode)))
             self.width, self.n_features = columns.stop, features.stop
+        if self.leaves[-1].path == (MASK,):
+            self.mask = self.leaves.pop()
         self.discrete = all(leaf.sizes for leaf in self.leaves)
         self._sizes = [size for leaf in self.leaves for size in leaf.sizes] if self.discrete else []
         self.n_observations = _product(self._sizes, COUNTED) if self.discrete else 0
 
     def pack(self, observations: Any) -> npt.NDArray[Any]:
-        """Packed rows of a batch of observations, shape (batch, width).
+        """Packed rows of a batch of observations, shape (batch, width); without its mask, all actions are allowed.
 
         Raises:
             InvalidArgumentError: a number is not finite, or the batch does not fit the space.
         """
-        parts = []
-        for leaf in self.leaves:
+        parts: list[npt.NDArray[Any]] = []
+        if self.mask is not None and not isinstance(observations, Mapping):
+            observations = {"observation": observations}
+        for leaf in self.leaves if self.mask is None else [*self.leaves, self.mask]:
             part = observations
+            if leaf is self.mask and observations.get(MASK) is None:
+                part = {MASK: np.ones((len(parts[0]), *(leaf.space.shape or ())))}
             for key in leaf.path:
                 part = part[key]
             array = np.asarray(part)
@@ -128,6 +142,12 @@ class ObservationEncoder:
         """Network inputs of packed rows, shape (batch, n_features), float32."""
         parts = [self._leaf_features(leaf, self._numbers(leaf, packed)) for leaf in self.leaves]
         return parts[0] if len(parts) == 1 else torch.cat(parts, dim=1)
+
+    def allowed(self, packed: Tensor) -> Tensor | None:
+        """Which actions packed rows allow, shape (batch, n_actions), bool; None where there are no masks."""
+        if self.mask is None:
+            return None
+        return usable(self._numbers(self.mask, packed) != 0)  # type: ignore[no-any-return]
 
     def index(self, packed: Tensor) -> Tensor:
         """Number of each row among the `n_observations`, shape (batch,), int64."""

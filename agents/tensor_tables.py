@@ -135,3 +135,30 @@ def plain_tables(gamma: float) -> RewardTables:
         reward=0 * one, discount=gamma * one, stop=0 * one, stop_reward=0 * one, violated=no, accepted=no,
         automaton_state=np.zeros(1, dtype=np.int32), progress=np.zeros(1),
     )  # fmt: skip
+
+
+def without_forbidden(values: Tensor, allowed: Tensor | None) -> Tensor:
+    """Values of actions, -inf for those that the environment forbids.
+
+    Args:
+        values: shape (batch, ..., n_options * n_actions).
+        allowed: shape (batch, n_actions); None: everything is.
+    """
+    if allowed is None:
+        return values
+    allowed = allowed.repeat(1, values.shape[-1] // allowed.shape[1])
+    return values.masked_fill(~allowed.view(len(allowed), *(1,) * (values.ndim - 2), -1), -torch.inf)
+
+
+def permitted(action: Tensor, allowed: Tensor | None, generator: torch.Generator) -> Tensor:
+    """The actions, in place of each that the environment forbids a random one that it allows; -1 stays.
+
+    Args:
+        action: shape (n,).
+        allowed: shape (n, n_actions), bool; None: everything is, and nothing is drawn.
+        generator: of what is random.
+    """
+    if allowed is None:
+        return action
+    other = (torch.rand(allowed.shape, generator=generator) + allowed).argmax(dim=-1)
+    return torch.where((action < 0) | allowed.gather(1, action.clamp(min=0)[:, None])[:, 0], action, other)

@@ -19,7 +19,7 @@ from ltlc.task import Task
 
 from .config import ObservationInput, OffPolicyConfig
 from .encoder import ObservationEncoder
-from .tensor_tables import TensorTables, plain_tables
+from .tensor_tables import TensorTables, plain_tables, without_forbidden
 from .training.collect import Interface
 from .training.contents import Content, config_of, space_of, tables_of
 from .training.storage import plain_space, read_file, tables_to_tensors, write_file
@@ -146,10 +146,12 @@ class ValueAgent(ABC):
 
     def evaluate(self, network: nn.Module, packed: npt.NDArray[Any], states: IntArray | None) -> Tensor:
         """Value all actions by a network, those that choose a Rabin pair included; see `q_values`."""
-        return self.evaluate_inputs(network, self.network_inputs(torch.from_numpy(packed).to(self.device)), states)
+        rows = torch.from_numpy(packed).to(self.device)
+        values = self.evaluate_inputs(network, self.network_inputs(rows), states)
+        return without_forbidden(values, self.encoder.allowed(rows))
 
     def evaluate_inputs(self, network: nn.Module, inputs: Tensor, states: IntArray | None) -> Tensor:
-        """Do as `evaluate` does, for what `network_inputs` gave."""
+        """Do as `evaluate` does, for what `network_inputs` gave; what is forbidden is valued, too."""
         tables = self.tensor_tables
         if states is None:
             values: Tensor = network(inputs, None)

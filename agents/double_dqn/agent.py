@@ -18,7 +18,7 @@ from ltlc.rewards import RewardTables, ValueBounds, value_bounds
 from ltlc.task import Task
 
 from ..encoder import ObservationEncoder
-from ..tensor_tables import TensorTables
+from ..tensor_tables import TensorTables, permitted, without_forbidden
 from ..training.collect import Interface
 from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
@@ -178,6 +178,7 @@ class DoubleDQN(ValueAgent):
         self.trunk.observe(self.encoder, packed)
         own = torch.from_numpy(states)
         action, state = self._whims.draw(len(own), epsilon, generator), self._starts.states(own, generator)
+        action = permitted(action, self.encoder.allowed(torch.from_numpy(packed)), generator)
         random = action.clamp(min=0)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
             random = self._with_random_choices(random, states, generator)
@@ -196,11 +197,11 @@ class DoubleDQN(ValueAgent):
 
     def _seek(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64], generator: torch.Generator) -> Tensor:
         """The actions nearest to what was little tried, shape (batch,)."""
-        features = self.encoder.features(torch.from_numpy(packed).to(self.device))
-        _, outputs = self.q_network.outputs_and_novelty(self.q_network.inputs(features))
-        row = torch.from_numpy(states).to(self.device)
+        rows, row = torch.from_numpy(packed).to(self.device), torch.from_numpy(states).to(self.device)
+        _, outputs = self.q_network.outputs_and_novelty(self.q_network.inputs(self.encoder.features(rows)))
         tries = self._tries[row, torch.from_numpy(self._places(packed)).to(self.device)]
-        worth = seek(outputs[torch.arange(len(row), device=self.device), row], tries).cpu()
+        worth = seek(outputs[torch.arange(len(row), device=self.device), row], tries)
+        worth = without_forbidden(worth, self.encoder.allowed(rows)).cpu()
         return (worth + _TIE * torch.rand(worth.shape, generator=generator)).argmax(dim=-1)
 
     def begin(self) -> None:

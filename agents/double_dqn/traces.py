@@ -7,7 +7,7 @@ from torch import Tensor
 from torch.nn.functional import binary_cross_entropy_with_logits, huber_loss
 
 from ..encoder import ObservationEncoder
-from ..tensor_tables import TensorTables
+from ..tensor_tables import TensorTables, without_forbidden
 from .config import DQNConfig
 from .networks import QNetwork
 from .replay import Segments
@@ -74,10 +74,13 @@ class TraceLoss:
             ahead, sought = target_network.outputs_and_novelty(
                 target_network.inputs(features) if inputs.requires_grad else inputs
             )
-            worth = target_network.values(ahead).view(shape)
-            online = q_network.values(outputs.detach()).view(shape) if self.config.double else worth
+            allowed = self.encoder.allowed(segments.observation.flatten(0, 1))
+            valued = target_network.values(ahead)
+            worth = online = without_forbidden(valued, allowed).view(shape)
+            if self.config.double:
+                online = without_forbidden(q_network.values(outputs.detach()), allowed).view(shape)
             targets = self.targets(segments, worth[:, 1:], online[:, 1:])
-            behind = worth[:, :-1].amax(dim=-1) - worth[:, :-1].gather(3, taken)[..., 0]
+            behind = worth[:, :-1].amax(dim=-1) - valued.view(shape)[:, :-1].gather(3, taken)[..., 0]
             targets -= self.config.advantage_learning * behind
             targets = targets.clamp(self.tables.least, self.tables.largest)
         learned, real = self.tables.open, segments.real[:, :-1, None].to(targets.dtype)
@@ -91,7 +94,8 @@ class TraceLoss:
         loss = (part * each).sum()
         if len(seeking):
             with torch.no_grad():
-                near = self.novelty(segments, sought.view(shape)[:, 1:])[..., learned]
+                sought = without_forbidden(sought, allowed).view(shape)
+                near = self.novelty(segments, sought[:, 1:])[..., learned]
             seeking = seeking.view(shape)[:, :-1].gather(3, taken)[..., learned, 0]
             each = binary_cross_entropy_with_logits(seeking, near, reduction="none")
             loss = loss + _SHARE * (part * each).sum()

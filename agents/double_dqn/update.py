@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from ..encoder import ObservationEncoder
-from ..tensor_tables import TensorTables
+from ..tensor_tables import TensorTables, without_forbidden
 from ..transitions import TransitionBatch
 from .config import DQNConfig
 from .networks import QNetwork
@@ -51,7 +51,7 @@ class TDLoss:
         self.encoder, self.tables, self.config = encoder, tables, config
         # Few observations: each passes through the network once and not once per step of the batch. Batch
         # normalisation needs the batch as it is.
-        few = 0 < encoder.n_observations <= config.batch_size and not config.batch_norm
+        few = 0 < encoder.n_observations <= config.batch_size and not config.batch_norm and encoder.mask is None
         enumerated = few and (config.counterfactual or config.state_input == "heads")
         self._all_features = encoder.all_features().to(config.device) if enumerated else None
 
@@ -118,6 +118,8 @@ class TDLoss:
         if self._all_features is None and target.state_input != "heads":
             valued = self._pairwise_options(target, packed, states)
             chosen = self._pairwise_options(network, packed, states) if double else valued
+            chosen = without_forbidden(chosen, self.encoder.allowed(packed))
+            valued = valued if double else chosen
             return policy_values(valued, chosen, double)
         rows, row = self._rows(target, packed, None)
         chosen = self._rows(network, packed, online)[0] if double else rows
@@ -126,6 +128,9 @@ class TDLoss:
                 self.tables.join_options(values[:, self.tables.options], self.tables.allowed)
                 for values in (rows, chosen)
             )
+        if self.encoder.mask is not None:  # then there is a row for each of the batch
+            chosen = without_forbidden(chosen, self.encoder.allowed(packed))
+            rows = rows if double else chosen
         return policy_values(rows, chosen, double).reshape(-1)[row[:, None] * target.n_states + states]
 
     def _rows(self, network: QNetwork, packed: Tensor, known: Tensor | None) -> tuple[Tensor, Tensor]:

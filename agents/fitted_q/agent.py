@@ -14,6 +14,7 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
 from ..encoder import ObservationEncoder
+from ..tensor_tables import permitted, without_forbidden
 from ..training.contents import Content
 from ..training.memory import check_memory
 from ..value_agent import ValueAgent
@@ -75,7 +76,9 @@ class FittedQ(ValueAgent):
 
     def _numbering(self) -> Numbering:
         most = most_observations(self.encoder, self.config.total_steps)
-        return Numbering(self.encoder.width, self.encoder.dtype, most)
+        mask = self.encoder.mask
+        width = self.encoder.width if mask is None else mask.columns.start
+        return Numbering(width, self.encoder.dtype, most)
 
     @property
     def config(self) -> FittedQConfig:
@@ -96,7 +99,8 @@ class FittedQ(ValueAgent):
 
     def new_memory(self, num_envs: int) -> VisitCounts:
         """Make the empty experience."""
-        return VisitCounts(self._numbering(), self.n_actions, self.tables.n_classes)
+        encoder = None if self.encoder.mask is None else self.encoder
+        return VisitCounts(self._numbering(), self.n_actions, self.tables.n_classes, encoder)
 
     @torch.no_grad()
     def explore(
@@ -109,14 +113,15 @@ class FittedQ(ValueAgent):
         happens.
         """
         n, row = len(packed), self.table.find(packed)
-        random = torch.randint(self.n_actions, (n,), generator=generator).numpy()
+        allowed = self.encoder.allowed(torch.from_numpy(packed))
+        random = permitted(torch.randint(self.n_actions, (n,), generator=generator), allowed, generator).numpy()
         chance = torch.rand(n, generator=generator, dtype=torch.float64).numpy()
         uncertainty, bonus = (t.numpy() for t in (self.table.uncertainty, self.table.exploration_bonus))
-        known = self.evaluate_inputs(self.table, torch.from_numpy(row), states).numpy()
-        known = known + np.tile(uncertainty[row], self.tensor_tables.n_options)
+        values = self.evaluate_inputs(self.table, torch.from_numpy(row), states)
+        known = without_forbidden(values, allowed).numpy() + np.tile(uncertainty[row], self.tensor_tables.n_options)
         known, bonus = (
             v + _TIE * torch.rand(v.shape, generator=generator, dtype=torch.float64).numpy()
-            for v in (known, bonus[row, states])
+            for v in (known, without_forbidden(torch.from_numpy(bonus[row, states]), allowed).numpy())
         )
         seeker = np.where(chance < np.resize(_WANDERING, n), random, bonus.argmax(axis=-1))
         return np.where(np.arange(n) + 0.5 < epsilon * n, seeker, known.argmax(axis=-1))

@@ -24,7 +24,7 @@ class Numbering:
     """A number for each packed observation that was seen; its memory grows with those, not with the space.
 
     Args:
-        width: columns of a packed observation.
+        width: columns of a packed observation that tell it from others; those after them do not count.
         dtype: of a packed observation.
         capacity: observations at most.
 
@@ -88,6 +88,7 @@ class Numbering:
         return len(rows)
 
     def _keys(self, packed: npt.NDArray[np.generic]) -> Iterable[int | bytes]:
+        packed = packed[:, : self.width]
         if self._whole:  # the same bytes as one number, which is faster
             return np.ascontiguousarray(packed).view(np.int64).ravel().tolist()
         blob, size = np.ascontiguousarray(packed).tobytes(), self.width * self.dtype.itemsize

@@ -127,7 +127,8 @@ def fit(
     A sweep replaces the value of each observation, action and table state by the mean of its targets r + g V(s', q')
     over all steps that were made there, each step being taken in all table states. After n sweeps values are those of
     the best policy for n steps, so that loops that pay nothing are worth nothing, whatever the discount. What was never
-    tried keeps the value 0. Novelty is fitted alike: 1 / sqrt(times tried + 1) at each step, discounted by `FAR`.
+    tried keeps the value 0, but for what the environment forbids, which is worth less than all else. Novelty is fitted
+    alike: 1 / sqrt(times tried + 1) at each step, discounted by `FAR`.
 
     Args:
         table: whose values are replaced.
@@ -148,8 +149,10 @@ def fit(
     reward, steps, position = _targets(outcomes, tables, learned, shape)
     reward /= scale
     values, change = np.zeros(shape), np.inf
+    forbidden = np.zeros(shape[:2], dtype=np.bool_) if counts.allowed is None else ~counts.allowed.T
     for sweep in range(_affordable(sweeps, steps.nnz)):
-        new = reward + (steps @ _best(values.max(axis=0), tables, learned, position).ravel()).reshape(shape)
+        best = _best(_masked(values, forbidden).max(axis=0), tables, learned, position)
+        new = reward + (steps @ best.ravel()).reshape(shape)
         if sweep % _SWEEPS_PER_CHECK == 0:
             change = float(np.abs(new - values).max())
         values = new
@@ -157,10 +160,13 @@ def fit(
             break
     rare = 1 / np.sqrt(outcomes.tries + 1).reshape(shape[:2])
     novelty = np.zeros(shape)
+    rare[forbidden] = 0.0
     for _ in range(_NOVELTY_SWEEPS):
         novelty = rare[..., None] + FAR * (steps @ novelty.max(axis=0).ravel()).reshape(shape)
         novelty[rare == 1] = 1 / (1 - FAR)  # never tried: as good as anything can be
+        novelty[forbidden] = 0.0
     largest = np.abs(values).max(initial=0.0)
+    values[forbidden] = values.min(initial=0.0) - 1.0
     table.numbering = counts.numbering
     table.clear(shape[1])
     columns = torch.from_numpy(learned)
@@ -170,6 +176,11 @@ def fit(
     table.uncertainty[:-1] = torch.from_numpy(largest * rare.T)
     table.uncertainty[-1] = largest
     return change
+
+
+def _masked(values: FloatArray, forbidden: npt.NDArray[np.bool_]) -> FloatArray:
+    """Values of the actions, -inf for those that are forbidden."""
+    return np.where(forbidden[..., None], -np.inf, values) if forbidden.any() else values
 
 
 def _affordable(sweeps: int, multiplications: int) -> int:

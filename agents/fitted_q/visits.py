@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from torch import Tensor
 
 from ltlc.errors import InvalidArgumentError, TrainingDiverged
 
+from ..encoder import ObservationEncoder
 from ..training.contents import Content
 from ..transitions import TransitionBatch
 from .numbering import Numbering
@@ -34,12 +36,20 @@ class VisitCounts:
         numbering: of the observations, empty.
         n_actions: number of actions.
         n_classes: number of letter classes.
+        encoder: of the observations, if they carry masks.
+
+    Attributes:
+        allowed: shape (n_seen, n_actions); the actions that were ever allowed in each observation; None without masks.
 
     Raises:
         InvalidArgumentError: there could be more different steps than can be numbered.
     """
 
-    def __init__(self, numbering: Numbering, n_actions: int, n_classes: int) -> None:
+    def __init__(
+        self, numbering: Numbering, n_actions: int, n_classes: int, encoder: ObservationEncoder | None = None
+    ) -> None:
+        self._encoder = encoder
+        self.allowed = None if encoder is None else np.zeros((0, n_actions), dtype=np.bool_)
         self.numbering = numbering
         self.shape = (numbering.capacity, n_actions, numbering.capacity, n_classes, 2)
         if math.prod(self.shape) >= 2**63:
@@ -75,10 +85,19 @@ class VisitCounts:
         """
         if not np.isfinite(steps.base_reward).all():
             raise TrainingDiverged("the environment pays rewards that are NaN or infinite; repair or wrap it")
-        observation, following = self.numbering.add(steps.observation), self.numbering.add(steps.next_observation)
+        observation, following = self._number(steps.observation), self._number(steps.next_observation)
         parts = (observation, steps.action, following, steps.letter_class, steps.terminated.astype(np.int64))
         self._new.append((np.ravel_multi_index(parts, self.shape).astype(np.int64), steps.base_reward))
         self.added += len(steps.action)
+
+    def _number(self, packed: npt.NDArray[Any]) -> IntArray:
+        numbers = self.numbering.add(packed)
+        if self._encoder is not None and self.allowed is not None:
+            more = len(self.numbering) - len(self.allowed)
+            self.allowed = np.pad(self.allowed, ((0, more), (0, 0)))
+            masks: Any = self._encoder.allowed(torch.from_numpy(packed))
+            np.logical_or.at(self.allowed, numbers, masks.numpy())
+        return numbers
 
     def cut(self) -> None:
         """Nothing: steps are counted one by one."""
@@ -109,6 +128,8 @@ class VisitCounts:
         arrays = {"key": self._key, "count": self._count, "paid": self._paid}
         numbers = {name: torch.tensor(getattr(self, name)) for name in _NUMBERS}
         rows = {"observations": self.numbering.rows()}
+        if self.allowed is not None:
+            rows["allowed"] = torch.from_numpy(self.allowed.copy())
         return {name: torch.from_numpy(array.copy()) for name, array in arrays.items()} | numbers | rows
 
     def check_state(self, content: Content) -> None:
@@ -118,9 +139,12 @@ class VisitCounts:
             FileFormatError: the counts are of something else.
         """
         names = {"key", "count", "paid", "observations", *_NUMBERS}
+        names |= {"allowed"} if self.allowed is not None else set()
         content.check(content.members().keys() == names, "is of another kind of experience")
         key, count = content["key"].indices(torch.int64, None, math.prod(self.shape)), content["count"]
         seen = self.numbering.check(content["observations"])
+        if self.allowed is not None:
+            content["allowed"].tensor(torch.bool, (seen, self.shape[1]))
         observation, _, following, _, _ = np.unravel_index(key.numpy(), self.shape)
         known = max(observation.max(initial=-1), following.max(initial=-1)) < seen
         content["key"].check(bool(known), "has a step of an observation that is not listed")
@@ -142,6 +166,8 @@ class VisitCounts:
         self.numbering.load(state["observations"])
         self._key, self._count, self._paid = (state[name].numpy().copy() for name in ("key", "count", "paid"))
         self._new = []
+        if self.allowed is not None:
+            self.allowed = state["allowed"].numpy().copy()
         for name in _NUMBERS:
             setattr(self, name, int(state[name]))
 

@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import concatenate, create_empty_array
 
 from ltlc.envs import LTLVectorWrapper
+from ltlc.envs.action_masks import MASK
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables
 
@@ -49,6 +50,8 @@ class Interface:
     n_actions: int
     """of the environment, without the choices of the task."""
     autoreset_mode: AutoresetMode
+    masked: bool = False
+    """whether masks come with the infos; then they are an entry `action_mask` of `space`, beside `observation`."""
 
     @classmethod
     def of(cls, env: VectorEnv[Any, Any, Any]) -> Interface:
@@ -82,7 +85,11 @@ class Interface:
             space = _base_space(wrapper, space)
         n_actions = int(actions.n) // (1 if wrapper is None else 1 + wrapper.task.tables.n_choices)
         mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        return cls(env, wrapper, without_texts(space), n_actions, mode)
+        space = without_texts(space)
+        masked = wrapper is not None and wrapper.masks.shown_by(wrapper.env) and not wrapper.masks.observed
+        if masked:
+            space = spaces.Dict({"observation": space, MASK: spaces.MultiBinary(n_actions)})
+        return cls(env, wrapper, space, n_actions, mode, masked)
 
     @property
     def tables(self) -> RewardTables | None:
@@ -241,7 +248,10 @@ class Collector:
         return ended
 
     def _see(self, observations: Any, infos: dict[str, Any]) -> None:
-        self.packed = self.encoder.pack(self.interface.base(observations))
+        base = self.interface.base(observations)
+        if self.interface.masked and self.interface.wrapper is not None:
+            base = {"observation": base, MASK: self.interface.wrapper.masks.allowed}
+        self.packed = self.encoder.pack(base)
         if self.interface.wrapper is not None:
             self.states = np.asarray(infos["ltl"]["state"], dtype=np.int64)
             labels = infos["ltl"]["label"]
@@ -260,6 +270,9 @@ class Collector:
         """Packed last observations of the episodes that ended, mode SAME_STEP."""
         each = [self.interface.base(infos["final_obs"][i]) for i in np.flatnonzero(done)]
         space = self.interface.space
+        if self.interface.masked:
+            masks = infos["final_info"].get(MASK, np.ones((len(done), self.interface.n_actions)))[done]
+            each = [{"observation": base, MASK: mask} for base, mask in zip(each, masks, strict=True)]
         batch: Any = create_empty_array(space, len(each))
         return self.encoder.pack(concatenate(space, each, batch))
 

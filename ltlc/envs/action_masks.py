@@ -13,7 +13,7 @@ from ltlc.errors import InvalidArgumentError
 
 BoolArray = npt.NDArray[np.bool_]
 
-KEY = "action_mask"
+MASK = "action_mask"
 """of the mask in infos, as Gymnasium's Taxi has it, or in observations that are dicts; 1 where an action is allowed."""
 
 
@@ -28,6 +28,7 @@ class ActionMasks:
         num_envs: sub-environments; None: a single environment.
 
     Attributes:
+        observed: whether they are in the observations.
         allowed: now, shape (n_actions,) or (num_envs, n_actions); None where no masks are shown.
     """
 
@@ -36,8 +37,15 @@ class ActionMasks:
     ) -> None:
         self._n = int(actions.n) if isinstance(actions, spaces.Discrete) else 0
         self._shape = (self._n,) if num_envs is None else (num_envs, self._n)
-        self._observed = isinstance(observations, spaces.Dict) and KEY in observations.spaces
+        self.observed = isinstance(observations, spaces.Dict) and MASK in observations.spaces
         self.allowed: BoolArray | None = None
+        self._seen = False
+
+    def shown_by(self, env: Any) -> bool:
+        """Whether an environment shows masks; if it was not yet reset, it is to find out."""
+        if not self._seen:
+            self.see(*env.reset(seed=0))
+        return self.allowed is not None
 
     def see(self, observation: Any, info: Mapping[str, Any], where: BoolArray | None = None) -> None:
         """Take the masks that come with a reset or step.
@@ -50,7 +58,7 @@ class ActionMasks:
         Raises:
             InvalidArgumentError: the masks have another shape.
         """
-        found = self._found(observation, info)
+        self._seen, found = True, self._found(observation, info)
         if found is not None and where is not None and self.allowed is not None:
             found = np.where(where[:, None], found, self.allowed)
         self.allowed = found
@@ -59,11 +67,11 @@ class ActionMasks:
         """Go back to the masks of last observations where episodes have ended (autoreset mode SAME_STEP)."""
         if self.allowed is None:
             return
-        last: Any = None if self._observed else self._found(None, infos["final_info"])
-        if self._observed:
+        last: Any = None if self.observed else self._found(None, infos["final_info"])
+        if self.observed:
             last = self.allowed.copy()
             for i in np.flatnonzero(ended):
-                last[i] = _usable(np.asarray(infos["final_obs"][i][KEY]))
+                last[i] = usable(np.asarray(infos["final_obs"][i][MASK]) != 0)
         self.allowed = np.where(ended[:, None], True if last is None else last, self.allowed)
 
     def within(self, mask: BoolArray) -> BoolArray:
@@ -73,19 +81,20 @@ class ActionMasks:
         return mask & np.tile(self.allowed, mask.shape[-1] // self._n)
 
     def _found(self, observation: Any, info: Mapping[str, Any]) -> BoolArray | None:
-        masks = observation[KEY] if self._observed else info.get(KEY)
+        masks = observation[MASK] if self.observed else info.get(MASK)
         if masks is None or not self._n:
             return None
         allowed = np.asarray(masks)
         if allowed.shape != self._shape:
             raise InvalidArgumentError(
-                f"{KEY!r} of the environment has shape {allowed.shape}; it must be {self._shape}, 1 where an action is "
-                "allowed"
+                f"{MASK!r} of the environment has shape {allowed.shape}; it must be {self._shape}, "
+                "1 where an action is allowed"
             )
-        shown = None if self._observed else info.get(f"_{KEY}")
-        return _usable(allowed) if shown is None else _usable(allowed) | ~np.asarray(shown, dtype=np.bool_)[:, None]
+        shown = None if self.observed else info.get(f"_{MASK}")
+        found: BoolArray = usable(allowed != 0)
+        return found if shown is None else found | ~np.asarray(shown, dtype=np.bool_)[:, None]
 
 
-def _usable(mask: npt.NDArray[Any]) -> BoolArray:
-    allowed = mask.astype(np.bool_)
-    return allowed | ~allowed.any(axis=-1, keepdims=True)
+def usable(allowed: Any) -> Any:
+    """A mask, bool, of which rows that allow nothing allow everything; an array or a tensor."""
+    return allowed | ~allowed.any(-1)[..., None]

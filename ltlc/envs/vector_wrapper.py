@@ -102,7 +102,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         if self.choices.active:
             self.single_action_space = self.choices.space
             self.action_space = batch_space(self.single_action_space, env.num_envs)
-        self._masks = ActionMasks(env.single_observation_space, env.single_action_space, env.num_envs)
+        self.masks = ActionMasks(env.single_observation_space, env.single_action_space, env.num_envs)
         self._base_reward = reward
         self._flat_info = flat_info
         self._tables = FlatTables(tables, skip=initial_label == "skip")
@@ -136,7 +136,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         """
         if self.choices.mask is None:
             raise InvalidArgumentError(f"actions of {self.single_action_space} cannot be masked")
-        return self._masks.within(np.asarray(self.choices.mask[self._state]))
+        return self.masks.within(np.asarray(self.choices.mask[self._state]))
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -148,7 +148,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         mask = (options or {}).get("reset_mask", self._everywhere)
         observations, infos = self.env.reset(seed=seed, options=None if options is None else dict(options))  # type: ignore[arg-type]
         self._streams.seed(seed)
-        self._masks.see(observations, infos, mask)
+        self.masks.see(observations, infos, mask)
         ltl = self._begin(self.labeller.of(observations, infos, mask), mask)
         self._finished = self._finished & ~mask
         self._any_finished = bool(self._finished.any())
@@ -181,7 +181,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
             late, self._restart_late = self._restart_late, None
             terminated, truncated = terminated & ~late, truncated & ~late
             observations = self._restart(late, base_rewards, infos)
-        self._masks.see(observations, infos)
+        self.masks.see(observations, infos)
         letters = self.labeller.of(observations, infos)
         base_terminated = terminated.copy()
         ltl, stops = self._read(letters, begun, terminated)
@@ -206,7 +206,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         ltl["state"] = self._state.copy()
         if self._base_reward == "info":
             ltl["base_reward"] = np.zeros(self.num_envs)
-        if self.choices.active or self._masks.allowed is not None:
+        if self.choices.active or self.masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         return ltl
 
@@ -249,7 +249,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         }
         if self._success is not None:
             ltl["success"] = self._success.read(letters, False if begun is None else begun)
-        if self.choices.active or self._masks.allowed is not None:
+        if self.choices.active or self.masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         return ltl, stops
 
@@ -304,9 +304,9 @@ class LTLVectorWrapper(AnyVectorWrapper):
     ) -> tuple[Any, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
         """`step` from where the environment has been stepped, in mode SAME_STEP."""
         ended = np.asarray(infos.get("_final_obs", np.zeros(self.num_envs, dtype=np.bool_)))
-        self._masks.see(observations, infos)
+        self.masks.see(observations, infos)
         if ended.any():
-            self._masks.see_last(infos, ended)
+            self.masks.see_last(infos, ended)
             letters = self.labeller.of(observations, infos, ~ended)
             letters += self.labeller.of_final(infos["final_obs"], infos["final_info"], ended)
         else:
@@ -342,7 +342,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         self._tell(final_info, {key: column.copy() for key, column in ltl.items()}, done)
         infos["final_obs"], infos["_final_obs"] = final_obs, done.copy()
         infos["final_info"], infos["_final_info"] = final_info, done.copy()
-        self._masks.see(observations, infos)
+        self.masks.see(observations, infos)
         for key, column in self._begin(self.labeller.of(observations, infos, done), done).items():
             ltl[key][done] = column[done]
         return observations

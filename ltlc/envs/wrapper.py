@@ -133,7 +133,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.choices = PairActionSpace(tables, env.action_space)
         if self.choices.active:
             self.action_space = self.choices.space
-        self._masks = ActionMasks(env.observation_space, env.action_space)
+        self.masks = ActionMasks(env.observation_space, env.action_space)
         self._base_reward = reward
         self._skip = initial_label == "skip"
         self._classes: list[int] = tables.letter_class.tolist()
@@ -166,7 +166,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         if self.env.has_wrapper_attr("action_masks"):
             inner = np.asarray(self.env.get_wrapper_attr("action_masks")(), dtype=np.bool_)
             mask &= np.tile(inner, len(mask) // len(inner))
-        return self._masks.within(mask)
+        return self.masks.within(mask)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the automaton reads the label of the first observation."""
@@ -180,7 +180,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def _first(self, observation: Any, info: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
         """Read the first letter of an episode; the observation and info of a reset."""
         info = dict(info)
-        self._masks.see(observation, info)
+        self.masks.see(observation, info)
         letter = self.labeller.letter(observation, info)
         initial = self.task.tables.initial_state
         row = self._row(initial * self._n_classes + self._classes[letter])
@@ -190,7 +190,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             ltl |= {"violated": False, "accepting": False, "progress": float(self.task.tables.progress[initial])}
         if self._base_reward == "info":
             ltl["base_reward"] = 0.0
-        if self.choices.active or self._masks.allowed is not None:
+        if self.choices.active or self.masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         if self._autoreset is not None:
             ltl["valid"] = False
@@ -211,7 +211,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         if self.choices.active:
             action, self._state = self.choices.split(action, self._state)
         observation, base_reward, terminated, truncated, info = self.env.step(action)
-        self._masks.see(observation, info)
+        self.masks.see(observation, info)
         letter = self.labeller.letter(observation, info)
         index = self._state * self._n_classes + self._classes[letter]
         self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
@@ -230,7 +230,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             reward += float(base_reward)
         elif self._base_reward == "info":
             ltl["base_reward"] = float(base_reward)
-        if self.choices.active or self._masks.allowed is not None:
+        if self.choices.active or self.masks.allowed is not None:
             ltl["action_mask"] = self.action_masks()
         if self._autoreset is not None:
             ltl["valid"] = True
