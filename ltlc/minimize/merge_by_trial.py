@@ -224,7 +224,8 @@ class _Trial:
             classes = automaton.letter_class[self.letters], reference.letter_class[self.letters], self.letters
             for c, d, letter in zip(*(entries.tolist() for entries in classes), strict=True):
                 columns.setdefault((kinds[0][c], kinds[1][d]), (c, d, letter))
-            ours, theirs, letters = map(list, zip(*columns.values(), strict=True))
+            kept = list(columns.values())
+            ours, theirs, letters = [c for c, _, _ in kept], [d for _, d, _ in kept], [letter for *_, letter in kept]
             self._known[first, last] = _Columns(
                 letters,
                 _moves(automaton, inside, ours, reference.n_states << self._n_marks, 1),
