@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from envs_reference import RandomEnv
+from envs_reference import RandomEnv, newest
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from vector_rollouts import RESETS, TASKS, N, run
@@ -63,8 +63,8 @@ def test_a_mask_is_that_of_the_environment_and_of_the_pairs() -> None:
 
 def test_taxi_shows_its_masks() -> None:
     task = Task("F there", "eventual")
-    env = LTLWrapper(gym.make("Taxi-v4"), task, {"there": lambda place: place == 0})
-    vector = LTLVectorWrapper(gym.make_vec("Taxi-v4", num_envs=3), task, {"there": lambda place: place == 0})
+    env = LTLWrapper(gym.make(newest("Taxi")), task, {"there": lambda place: place == 0})
+    vector = LTLVectorWrapper(gym.make_vec(newest("Taxi"), num_envs=3), task, {"there": lambda place: place == 0})
     infos, info = vector.reset(seed=5)[1], env.reset(seed=5)[1]
     for action in (0, 1, 3, 4):
         assert info["ltl"]["action_mask"].tolist() == info["action_mask"].tolist()

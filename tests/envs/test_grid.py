@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.envs.registration import find_highest_version
+from envs_reference import newest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
@@ -236,11 +236,6 @@ def test_frozen_lake_has_its_known_probabilities(formula: str, probability: floa
         assert max_satisfaction_probability(Product(mdp, task.automaton)).probability == pytest.approx(
             probability, abs=1e-9
         )
-
-
-def newest(name: str) -> str:
-    """The name with the highest version that this release of Gymnasium has."""
-    return f"{name}-v{find_highest_version(None, name)}"
 
 
 def test_other_toy_texts_have_models_too() -> None:

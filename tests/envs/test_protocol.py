@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.envs.registration import find_highest_version
+from envs_reference import newest
 
 import ltlc
 from ltlc.board import DIRECTIONS, Board
@@ -126,7 +126,7 @@ def test_grid_worlds(world: Any) -> None:
 ])  # fmt: skip
 def test_boards_of_toy_texts_move_as_the_environment_does(name: str, start: int, marks: dict[int, str]) -> None:
     options = {"is_slippery": False} if name == "FrozenLake" else {}
-    env = gym.make(f"{name}-v{find_highest_version(None, name)}", **options)
+    env = gym.make(newest(name), **options)
     board = board_of(env)
     assert board is not None
     assert board.start == start
@@ -144,7 +144,7 @@ def test_boards_of_toy_texts_move_as_the_environment_does(name: str, start: int,
 
 
 def test_worlds_without_a_map_or_a_model() -> None:
-    taxi = gym.make(f"Taxi-v{find_highest_version(None, 'Taxi')}")
+    taxi = gym.make(newest("Taxi"))
     assert board_of(taxi) is None
     assert labelled_mdp(taxi, {"far": lambda state: state == 0}).n_states == 500
     pole = gym.make("CartPole-v1")

@@ -7,6 +7,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from gymnasium.envs.registration import find_highest_version
 
 from ltlc.automata import DRA
 from ltlc.rewards import RewardTables
@@ -84,3 +85,8 @@ def follow(tables: RewardTables, letters: list[int], skip: bool = False) -> list
             "stop": tables.stop[at] == 1,
         })  # fmt: skip
     return log
+
+
+def newest(name: str) -> str:
+    """The name with the highest version that this release of Gymnasium has."""
+    return f"{name}-v{find_highest_version(None, name)}"
