@@ -171,9 +171,9 @@ class DoubleDQN(ValueAgent):
     def explore(
         self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64], epsilon: float, generator: torch.Generator
     ) -> npt.NDArray[np.int64]:
-        """Choose actions for training, shape (batch,): greedy in `q_network` where there is no whim, see `Whims`.
+        """Choose actions for training, shape (batch,): greedy in `q_network` where there is no whim.
 
-        Draws the same amount from the generator whatever happens.
+        See `Whims` and `ExploringStarts`. Draws the same amount from the generator whatever happens.
         """
         self.trunk.observe(self.encoder, packed)
         own = torch.from_numpy(states)
@@ -205,7 +205,7 @@ class DoubleDQN(ValueAgent):
         return (worth + _TIE * torch.rand(worth.shape, generator=generator)).argmax(dim=-1)
 
     def begin(self) -> None:
-        """Forget the whims under way."""
+        """Forget whims and imagined automaton states, since new episodes begin everywhere."""
         self._whims.clear()
         self._starts.clear()
 

@@ -8,6 +8,9 @@ from torch import Tensor
 from ..tensor_tables import TensorTables
 from .config import DQNConfig
 
+_OWN, _FRESH = -1, -2
+"""instead of a state: acts for its own; an episode begins."""
+
 
 class ExploringStarts:
     """The automaton state that each sub-environment acts for: its own, or one that it only acts as if it were in.
@@ -27,7 +30,7 @@ class ExploringStarts:
     """
 
     def __init__(self, config: DQNConfig, tables: TensorTables) -> None:
-        self._part, self._tables = config.exploring_starts if config.counterfactual else 0.0, tables
+        self._part = config.exploring_starts if config.counterfactual else 0.0
         self._open = tables.open.cpu()
         self._undecided = torch.zeros(len(tables.least), dtype=torch.bool)
         self._undecided[self._open] = True
@@ -39,7 +42,7 @@ class ExploringStarts:
         self._state = torch.zeros(0, dtype=torch.int64)
 
     def states(self, own: Tensor, generator: torch.Generator) -> Tensor:
-        """The states to act for now, shape (n,).
+        """The automaton states to act for in this step, shape (n,).
 
         Draws the same amount from the generator whatever happens, and nothing where no episode starts elsewhere.
 
@@ -78,10 +81,6 @@ class ExploringStarts:
             there = self._state[copies]
             after = torch.where(there == _OWN, _OWN, self._following[self._now[copies], letter_class])
             self._state[copies] = torch.where(ended, _FRESH, after)
-
-
-_OWN, _FRESH = -1, -2
-"""instead of a state: acts for its own; an episode begins."""
 
 
 class Whims:

@@ -37,7 +37,7 @@ class QNetwork(nn.Module):
         n_features: inputs that describe the observation.
         n_states: automaton states.
         n_actions: actions.
-        config: `hidden`, `state_input`, `batch_norm`, `layer_norm`, `initialization` are used.
+        config: `hidden`, `state_input`, `batch_norm`, `layer_norm`, `initialization`, `waves` are used.
         generator: source of the initial weights; the global generator is not touched.
         trunk: makes the inputs of the first layer, `n_features` then, of the features; None: they are the features.
         bounds: least and largest value in each automaton state, shape (2, n_states); None: outputs are values.
