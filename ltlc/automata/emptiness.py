@@ -107,11 +107,20 @@ def accepting_nodes(
 
 
 def accepting_walk(
-    edges: MarkedGraph, acceptance: Acceptance, start: int
+    edges: MarkedGraph, acceptance: Acceptance, start: int, *, is_reachable: bool = False
 ) -> tuple[list[MarkedEdge], list[MarkedEdge]] | None:
-    """A prefix from `start` and a cycle that together make an accepted walk, or None if there is none."""
-    order = graph.reachable([[target for target, _ in row] for row in edges], [start])
-    part = next(accepting_parts(edges, acceptance, [sorted(order)]), None)
+    """A prefix from `start` and a cycle that together make an accepted walk, or None if there is none.
+
+    Args:
+        edges: the graph.
+        acceptance: of a run by the marks it takes infinitely often.
+        start: a node.
+        is_reachable: every node is known to be reachable from `start`.
+    """
+    order: Sequence[int] = range(len(edges))
+    if not is_reachable:
+        order = sorted(graph.reachable([[target for target, _ in row] for row in edges], [start]))
+    part = next(accepting_parts(edges, acceptance, [order]), None)
     if part is None:
         return None
     inside, avoided = set(part.nodes), part.avoided

@@ -20,6 +20,8 @@ from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.errors import TimeLimitExceeded
 
+Words = list[tuple[list[int], list[int]]]
+"""Lasso words: the letters of a prefix and of a cycle, each a bitmask."""
 EFFORT = 200_000
 """default bound on the number of product edges looked at."""
 _COST_OF_WORD = 20
@@ -28,7 +30,15 @@ _FIRST_LOOK = 16
 """nodes of a product after which it is looked at for the first time."""
 
 
-def merge_by_trial(automaton: DRA, effort: int = EFFORT, *, reference: DRA | None = None, least: int = 1) -> DRA:
+def merge_by_trial(
+    automaton: DRA,
+    effort: int = EFFORT,
+    *,
+    reference: DRA | None = None,
+    least: int = 1,
+    split_from: DRA | None = None,
+    words: Words | None = None,
+) -> DRA:
     """Replace states by others with the same language, as long as the automaton keeps its language.
 
     Unlike `merge_equivalent` this merges inside a strong component, where equal languages are not enough: a run could
@@ -42,17 +52,21 @@ def merge_by_trial(automaton: DRA, effort: int = EFFORT, *, reference: DRA | Non
         effort: number of product edges after which no more is tried; 0 tries nothing.
         reference: an equivalent automaton over the same propositions, the smaller the better; by default itself.
         least: no equivalent automaton has fewer states, so that nothing is tried once it is reached.
+        split_from: the automaton whose states were split into those of this one, if none of the copies of one state
+            can replace another: they are not tried.
+        words: what told replacements apart in other automata of the language; these words are asked first, and those
+            that are found here are added.
     """
     result = automaton
     with suppress(TimeLimitExceeded):
-        for smaller in _merging(automaton, effort, reference):
+        for smaller in _merging(automaton, effort, reference, split_from, [] if words is None else words):
             result = smaller
             if result.n_states <= least:
                 break
     return result
 
 
-def _merging(automaton: DRA, effort: int, reference: DRA | None) -> Iterator[DRA]:
+def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA | None, words: Words) -> Iterator[DRA]:
     """The automaton in canonical form, and after each merging.
 
     What was refuted is not tried again after the next merging: hardly ever does that make a difference.
@@ -65,20 +79,22 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None) -> Iterator[DRA
         language = current.languages
     else:
         language = equivalent_states(current, effort)
-    trial = _Trial(current, current if reference is None else reference)
+    trial = _Trial(current, current if reference is None else reference, words)
     names = list(range(current.n_states))  # of the states, in the first automaton
+    origin = names if split_from is None else twins(current, split_from)
     refuted: set[tuple[int, int]] = set()
     merged = True
     while merged:
         merged = False
         for old, new in _candidates(current, language):
-            if (names[old], names[new]) in refuted:
+            known = names[old], names[new]
+            if known in refuted or origin[known[0]] == origin[known[1]]:
                 continue
             effort -= _COST_OF_WORD
             if effort < 0:
                 return
             check_time()
-            refuted.add((names[old], names[new]))
+            refuted.add(known)
             if trial.is_refuted(old, new):
                 continue
             effort -= current.n_states * current.n_classes
@@ -101,12 +117,14 @@ class _Word:
         letters: of the prefix, and of the cycle.
         accepted: whether it is, from each state of the reference that was asked for.
         classes: of these letters, in the automaton.
+        entered: the states of the automaton that a run over the word enters, from each state asked for, as a bit mask.
     """
 
     def __init__(self, letters: tuple[list[int], list[int]]) -> None:
         self.letters = letters
         self.accepted: dict[int, bool] = {}
         self.classes: tuple[list[int], list[int]] = ([], [])
+        self.entered: dict[int, int] = {}
 
 
 class _Columns(NamedTuple):
@@ -127,13 +145,15 @@ class _Trial:
     Args:
         automaton: canonical.
         reference: an automaton of the same language over the same propositions.
+        words: see `merge_by_trial`.
     """
 
-    def __init__(self, automaton: DRA, reference: DRA) -> None:
+    def __init__(self, automaton: DRA, reference: DRA, words: Words) -> None:
         self.reference = reference
+        self._found = words
         _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
         self.twin = twins(automaton, reference)
-        self.words: list[_Word] = []
+        self.words = [_Word(letters) for letters in words]
         self._shift = 2 * automaton.n_pairs
         self._n_marks = self._shift + 2 * reference.n_pairs
         self._differ = exactly_one(automaton.n_pairs, reference.n_pairs, 1 << self._n_marks)
@@ -146,12 +166,17 @@ class _Trial:
         self._known: dict[tuple[int, int], _Columns] = {}
         for word in self.words:
             word.classes = self._classes(automaton, word)
+            word.entered = {}
 
     def is_refuted(self, old: int, new: int) -> bool:
         """Whether entering `new` instead of `old` changes the verdict on a known word; that word moves to the front."""
         twin = self.twin[new]
         entered = int(self.automaton.marks[new]) if self.automaton.acceptance == "state" else None
         for position, word in enumerate(self.words):
+            if new not in word.entered:
+                word.entered[new] = _entered(self.automaton, new, word.classes)
+            if not word.entered[new] >> old & 1:
+                continue
             if twin not in word.accepted:
                 word.accepted[twin] = _accepts(self.reference, twin, self._classes(self.reference, word))
             if _accepts(self.automaton, new, word.classes, old, entered) != word.accepted[twin]:
@@ -200,12 +225,13 @@ class _Trial:
             if len(along) == enough or len(along) == len(nodes):
                 enough *= 4
                 rows = [sorted(edges) for edges in along] + [[]] * (len(nodes) - len(along))
-                walk = accepting_walk(rows, self._differ, 0)
+                walk = accepting_walk(rows, self._differ, 0, is_reachable=True)
                 if walk is not None:
                     prefix, cycle = [[along[source][target, m] for source, target, m in part] for part in walk]
                     word = _Word((prefix, cycle))
                     word.classes = self._classes(self.automaton, word)
                     self.words.insert(0, word)
+                    self._found.insert(0, word.letters)
                     return True
         return False
 
@@ -266,6 +292,21 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
                 twin[target] = other.rows[twin[state]][c]
                 order.append(target)
     return [twin[q] for q in range(automaton.n_states)]
+
+
+def _entered(automaton: DRA, start: int, word: tuple[list[int], list[int]]) -> int:
+    """The states that the run over a lasso word of letter classes enters, as a bit mask."""
+    prefix, cycle = word
+    state, entered, seen = start, 0, 0
+    for c in prefix:
+        state = automaton.rows[state][c]
+        entered |= 1 << state
+    while not seen >> state & 1:
+        seen |= 1 << state
+        for c in cycle:
+            state = automaton.rows[state][c]
+            entered |= 1 << state
+    return entered
 
 
 def _accepts(

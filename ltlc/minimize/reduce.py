@@ -18,6 +18,9 @@ from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 
 NORMALIZED = "normalized"
 """the name of the form in `DRA.forms`."""
+MERGED = "merged"
+"""the name of the form in `DRA.forms`: no two states are bisimilar, and no language is that of states in two strong
+components."""
 QUOTIENT = "quotient"
 """the name of the form in `DRA.forms`: no two states are bisimilar."""
 
@@ -31,17 +34,10 @@ def reduce(automaton: DRA, *, effort: int = EFFORT) -> DRA:
     """
     result = normalized(automaton)
     with suppress(TimeLimitExceeded):
-        if effort > 0:
-            result = merged_further(result, effort, least=proven_least(result))
+        if effort > 0 and result.n_states > (least := proven_least(result)):
+            merged = merge_by_trial(result, effort, least=least)
+            result = result if merged.n_states == result.n_states else normalized(merged)
     return result
-
-
-def merged_further(automaton: DRA, effort: int = EFFORT, *, reference: DRA | None = None, least: int = 1) -> DRA:
-    """A normalized automaton with states merged by trial, normalized again; arguments as for `merge_by_trial`."""
-    if effort <= 0 or automaton.n_states <= least:
-        return automaton
-    smaller = merge_by_trial(automaton, effort, reference=reference, least=least)
-    return automaton if smaller.n_states == automaton.n_states else normalized(smaller)
 
 
 def normalized(automaton: DRA) -> DRA:
@@ -55,13 +51,22 @@ def normalized(automaton: DRA) -> DRA:
     with suppress(TimeLimitExceeded):
         if CANONICAL not in result.forms:
             result = canonical(result)
-        result = merge_bisimilar(merge_equivalent(merge_bisimilar(result)))
+        result = merge_states(result)
         if SIMPLE_MARKS not in result.forms:
-            result = merge_bisimilar(simplify_marks(result))
+            forms = {MERGED} & result.forms
+            result = merge_bisimilar(simplify_marks(result)).annotated(*forms)
         if CANONICAL not in result.forms:
-            result = canonical(result)
+            result = canonical(result).annotated(*result.forms)
         result = result.annotated(NORMALIZED)
     return result
+
+
+def merge_states(automaton: DRA) -> DRA:
+    """`merge_bisimilar` and `merge_equivalent`; marks stay."""
+    if MERGED in automaton.forms:
+        return automaton
+    result = merge_bisimilar(merge_equivalent(merge_bisimilar(automaton)))
+    return result.annotated(MERGED) if result.has_languages or can_decide_languages(result) else result
 
 
 def merge_bisimilar(automaton: DRA) -> DRA:

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 
-from ltlc.automata.acceptance import exactly_one
-from ltlc.automata.canonical import CANONICAL, tells_columns_apart
-from ltlc.automata.emptiness import MarkedEdge, accepting_parts
+from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.marks import SIMPLE_MARKS, Component, components
+from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.automata.rabin import DRA
-from ltlc.budget import NO_LIMIT, Budget, Overtime, check_time, overtime
+from ltlc.budget import NO_LIMIT, Budget, Overtime, has_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
+from ltlc.minimize.even_marks import even_marks
 from ltlc.minimize.lower_bound import proven_least
-from ltlc.minimize.merge_by_trial import EFFORT, twins
-from ltlc.minimize.reduce import NORMALIZED, merged_further, normalized, reduce
+from ltlc.minimize.merge_by_trial import EFFORT, Words, merge_by_trial, twins
+from ltlc.minimize.reduce import MERGED, NORMALIZED, merge_states, normalized, reduce
 
-MAX_EDGES_CHECKED = 20_000
-"""bound on edges looked at, over all attempts in one component, to make the marks into a state equal."""
+_PATIENCE = 2
+"""An automaton that may split into this many times the states of the best split so far is not split."""
 
 
 def to_state_based(
@@ -31,8 +29,9 @@ def to_state_based(
     *,
     effort: int = EFFORT,
     budget: Budget = NO_LIMIT,
-    reference: DRA | None = None,
-    least: int | None = None,
+    others: Sequence[DRA] = (),
+    least: int = 1,
+    words: Words | None = None,
 ) -> DRA:
     """An equivalent automaton with acceptance on states, reduced and canonical; `reduce` before it is worth the time.
 
@@ -40,14 +39,16 @@ def to_state_based(
     enter any copy. Before, marks that do not matter are chosen such that few states are split: the marks of one group
     of transitions into a state become those of another wherever no cycle changes its acceptance. The second attempt
     also leaves out a mark that the state before carries: a run takes it just as often infinitely often, and the copies
-    have more in common. Where the time of the call is over, states are split once, with the marks that there are.
+    have more in common. What is split is normalized once, before, and so are its copies; they are merged by trial.
+    Where the time of the call is over, states are split once, with the marks that there are.
 
     Args:
         automaton: any Rabin automaton.
         effort: see `merge_by_trial`.
         budget: on the states before they are reduced.
-        reference: see `merge_by_trial`; its `languages` are taken over.
-        least: a lower bound on the states of the result, if one is known.
+        others: equivalent automata with acceptance on transitions that may split into fewer states.
+        least: no equivalent automaton with acceptance on states has fewer states.
+        words: see `merge_by_trial`.
 
     Raises:
         StateLimitExceeded: there are more.
@@ -55,64 +56,109 @@ def to_state_based(
     """
     if automaton.acceptance == "state":
         return reduce(automaton, effort=effort)
-    reference = automaton if reference is None else reference
+    if CANONICAL not in automaton.forms:
+        with overtime(Overtime.SPLIT):
+            automaton = canonical(automaton)
+    with suppress(TimeLimitExceeded):
+        least = max(least, proven_least(automaton, "state"))
+    ways = sorted([automaton, *others], key=_n_copies)
+    found: list[_Split] = []
+    for number, way in enumerate(ways, 1):
+        if found and way is automaton and _n_copies(way) > _PATIENCE * found[0].automaton.n_states:
+            break
+        try:
+            found.append(_smallest_split(way, automaton, budget, least))
+        except LimitExceeded:
+            if not found and number == len(ways):
+                raise
+            continue
+        if found[-1].automaton.n_states <= least or not has_time():
+            break
+    reference = min(ways, key=lambda a: a.n_states * a.n_pairs)
+    n_pairs = min(split.automaton.n_pairs for split in found)  # with more pairs, fewer states can be merged
+    smallest = min((split.automaton for split in found), key=lambda a: a.n_states)
+    for split, origin in found:
+        if split.n_pairs == n_pairs and split.n_states > least:
+            merged = merge_by_trial(split, effort, reference=reference, least=least, split_from=origin, words=words)
+            smallest = min(merged, smallest, key=lambda a: a.n_states)
+    if CANONICAL not in smallest.forms:
+        with overtime(Overtime.SPLIT):
+            smallest = canonical(smallest)
+    if NORMALIZED not in smallest.forms:
+        with overtime(Overtime.REDUCE_AGAIN):
+            smallest = normalized(smallest)
+    return smallest
+
+
+def _n_copies(automaton: DRA) -> int:
+    """Number of pairs of a state and the marks with which an edge enters it."""
+    return len({edge for row in automaton.marked_graph for edge in row})
+
+
+class _Split(NamedTuple):
+    """An automaton with marks on states, and the one whose states were split, if no copy can replace another."""
+
+    automaton: DRA
+    origin: DRA | None
+
+
+def _smallest_split(way: DRA, reference: DRA, budget: Budget, least: int) -> _Split:
+    """The smaller one of two ways to split states, normalized; languages are taken over from the reference."""
+    way, is_complete = even_marks(_with_languages(way, reference))
+    with suppress(TimeLimitExceeded):
+        way = merge_states(way)
     with overtime(Overtime.SPLIT):
-        parts = list(components(automaton))
-    marks: dict[MarkedEdge, int] = {}
-    for component in parts:
-        marks.update(_even_marks(component))
-    with overtime(Overtime.SPLIT):
-        split = _split(automaton, marks, budget)
-    best = _with_languages(split, reference)
+        split = _with_languages(_split(way, budget), reference)
     with suppress(LimitExceeded):
-        if NORMALIZED not in best.forms:
-            best = normalized(best)
-        least = proven_least(reference, "state") if least is None else least
-        if best.n_states > least and automaton.n_pairs == 1:
-            other = normalized(_with_languages(_split(automaton, marks, budget, once=True), reference))
-            best = min(best, other, key=lambda a: a.n_states)
-        best = merged_further(best, effort, reference=reference, least=least)
-    return best
+        split = merge_states(split)
+        if split.n_states > least and way.n_pairs == 1:
+            other = merge_states(_with_languages(_split(way, budget, once=True), reference))
+            if other.n_states > split.n_states:
+                other = normalized(other)
+            split = min(split, other, key=lambda a: a.n_states)
+    return _Split(split, way if is_complete else None)
 
 
 def _with_languages(automaton: DRA, reference: DRA) -> DRA:
     """The automaton with its `languages` if those of an equivalent one can be found within the time."""
+    if automaton.has_languages:
+        return automaton
     with suppress(TimeLimitExceeded):
         if reference.has_languages or can_decide_languages(reference):
             return automaton.annotated(languages=reference.languages[twins(automaton, reference)])
     return automaton
 
 
-def _split(automaton: DRA, marks: Mapping[MarkedEdge, int], budget: Budget, once: bool = False) -> DRA:
+def _split(automaton: DRA, budget: Budget, once: bool = False) -> DRA:
     """States are (state, marks on entry).
+
+    Two copies with one future have one state behind them, if no two states of the automaton have one future, and no
+    language is that of states in two strong components: so the copies of a normalized automaton are so, too.
 
     Args:
         automaton: with acceptance on transitions.
-        marks: new marks of the edges inside strong components; the others have none.
         budget: on the states.
         once: leave out marks on entry that the state before has.
     """
-    copies: dict[int, set[int]] = defaultdict(set)
-    for (_, target, _), new in marks.items():
-        copies[target].add(new)
-    some_copy = {state: min(entry) for state, entry in copies.items()}
+    scc, rows, marks = automaton.scc, automaton.rows, automaton.edge_marks
+    some_copy = [-1] * automaton.n_states
+    for q, row in enumerate(automaton.marked_graph):
+        for target, entry in row:
+            if scc[q] == scc[target] and not 0 <= some_copy[target] <= entry:
+                some_copy[target] = entry
+    some_copy = [max(entry, 0) for entry in some_copy]
 
-    rows, old_marks = automaton.delta.tolist(), automaton.edge_marks
     start = automaton.initial_state
-    order = [(start, some_copy.get(start, 0))]
+    order = [(start, some_copy[start])]
     number = {order[0]: 0}
     delta: list[list[int]] = []
     for state, carried in order:  # grows while it is read
         budget.check_size(len(order))
         budget.check_table(len(order), automaton.n_classes)
         delta.append([])
-        for target, old in zip(rows[state], old_marks[state], strict=True):
-            entry = marks.get((state, target, old))
-            if entry is None:
-                entry = some_copy.get(target, 0)
-            elif once:
-                entry &= ~carried
-            node = (target, entry)
+        here, left_out = scc[state], carried if once else 0
+        for target, entry in zip(rows[state], marks[state], strict=True):
+            node = (target, entry & ~left_out if scc[target] == here else some_copy[target])
             if node not in number:
                 number[node] = len(order)
                 order.append(node)
@@ -129,45 +175,7 @@ def _split(automaton: DRA, marks: Mapping[MarkedEdge, int], budget: Budget, once
         acceptance="state",
         state_names=None,
     )
-    forms = set() if once else {SIMPLE_MARKS} & automaton.forms
-    if CANONICAL in automaton.forms and tells_columns_apart(split):
-        forms.add(CANONICAL)
-        if not once and all(new == old for (_, _, old), new in marks.items()):
-            forms |= {NORMALIZED} & automaton.forms
-    return split.annotated(*forms)
-
-
-def _even_marks(component: Component) -> dict[MarkedEdge, int]:
-    """New marks for the edges, equivalent on all cycles, with few different ones into each state."""
-    marks = {edge: edge[2] for edge in component.edges}
-    into: dict[int, list[MarkedEdge]] = defaultdict(list)
-    for edge in component.edges:
-        into[edge[1]].append(edge)
-    to_check = MAX_EDGES_CHECKED
-    with suppress(TimeLimitExceeded):
-        for edges in into.values():
-            merged = True
-            while merged and to_check > 0:
-                merged = False
-                for old, new in permutations(sorted({marks[edge] for edge in edges}), 2):
-                    check_time()
-                    attempt = dict.fromkeys((edge for edge in edges if marks[edge] == old), new)
-                    to_check -= len(marks)
-                    if _same_acceptance(component, marks, attempt):
-                        marks, merged = marks | attempt, True
-                        break
-    return marks
-
-
-def _same_acceptance(component: Component, marks: Mapping[MarkedEdge, int], attempt: Mapping[MarkedEdge, int]) -> bool:
-    """Whether every cycle is accepted with some marks changed iff it is with the old ones, as it is without that."""
-    index = {node: i for i, node in enumerate(component.nodes)}
-    rows: list[list[tuple[int, int]]] = [[] for _ in component.nodes]
-    shift = 2 * component.n_pairs
-    changed = 1 << shift
-    for edge, kept in marks.items():
-        new = attempt[edge] | changed if edge in attempt else kept
-        rows[index[edge[0]]].append((index[edge[1]], edge[2] | new << shift))
-    return (
-        next(accepting_parts(rows, exactly_one(component.n_pairs, component.n_pairs, changed << shift)), None) is None
-    )
+    if once:
+        return split.annotated(CANONICAL) if CANONICAL in automaton.forms and tells_columns_apart(split) else split
+    forms = {SIMPLE_MARKS, MERGED, CANONICAL} & automaton.forms
+    return split.annotated(*forms, *((NORMALIZED,) if len(forms) == 3 else ()))

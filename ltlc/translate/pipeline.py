@@ -12,14 +12,14 @@ from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei, reduced
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import SIMPLE_MARKS
-from ltlc.automata.rabin import DRA, AcceptanceKind
+from ltlc.automata.parity import to_parity
+from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import (
     Budget,
     Overtime,
     TimeLimit,
     check_time,
-    has_time,
     overtime,
     time_left,
     time_limit,
@@ -33,9 +33,8 @@ from ltlc.errors import (
 )
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.minimize.collapse import collapse
-from ltlc.minimize.lower_bound import proven_least
-from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
-from ltlc.minimize.reduce import NORMALIZED, merged_further, normalized
+from ltlc.minimize.merge_by_trial import EFFORT, Words, merge_by_trial
+from ltlc.minimize.reduce import NORMALIZED, normalized
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
@@ -67,6 +66,8 @@ class Problem(NamedTuple):
     """simplified, in negation normal form."""
     letters: Letters
     options: Options
+    words: Words
+    """what told states apart so far; see `merge_by_trial`."""
 
     def closure(self, budget: Budget) -> Closure:
         """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
@@ -120,11 +121,11 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
     with time_limit(text, options.timeout) as limit:
         budget = Budget(text, options.max_states)
         simple = simplify(formula)
-        problem = Problem(simple, letters_of(simple, propositions(formula)), options)
+        problem = Problem(simple, letters_of(simple, propositions(formula)), options, [])
         try:
             best = _best(problem, budget)
             automaton = best.automaton
-            if not best.weak and NORMALIZED not in automaton.forms:
+            if not best.weak and NORMALIZED not in automaton.forms and options.acceptance == "transition":
                 with overtime(Overtime.REDUCE):
                     automaton = normalized(automaton)
             if options.acceptance == "state":
@@ -148,48 +149,17 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
-    least = best.least
-    with suppress(TimeLimitExceeded):
-        least = max(least, proven_least(automaton, "state"))
-    ways = [automaton]
+    others = []
     if automaton.n_pairs > 1:
         # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
         with suppress(LimitExceeded):
-            ways.append(_paired(best.emerson_lei, problem.letters, budget, "cycles").annotated(SIMPLE_MARKS))
-            ways.sort(key=_n_copies)
-    found: list[DRA] = []
-    for number, way in enumerate(ways, 1):
-        if found and way is automaton and _n_copies(way) > _PATIENCE * found[0].n_states:
-            break
-        try:
-            found.append(to_state_based(way, effort=0, budget=budget, reference=automaton, least=least))
-        except LimitExceeded:
-            if not found and number == len(ways):
-                raise
-            continue
-        if found[-1].n_states <= least or not has_time():
-            break
+            if automaton.n_states < best.emerson_lei.n_states:
+                parity = canonical(to_parity(automaton, max_states=budget.max_states).automaton)
+            else:
+                parity = _paired(best.emerson_lei, problem.letters, budget, "cycles")
+            others.append(parity.annotated(SIMPLE_MARKS))
     effort = 0 if problem.options.effort == "fast" else EFFORT
-    reference = min(ways, key=lambda a: a.n_states * a.n_pairs)
-    n_pairs = min(a.n_pairs for a in found)  # with more pairs, fewer states can be merged
-    merged = [merged_further(a, effort, reference=reference, least=least) for a in found if a.n_pairs == n_pairs]
-    smallest = min(*merged, *found, key=lambda a: a.n_states)
-    if CANONICAL not in smallest.forms:
-        with overtime(Overtime.SPLIT):
-            smallest = canonical(smallest)
-    if NORMALIZED in smallest.forms:
-        return smallest
-    with overtime(Overtime.REDUCE_AGAIN):
-        return normalized(smallest)
-
-
-def _n_copies(automaton: DRA) -> int:
-    """Number of pairs of a state and the marks with which an edge enters it."""
-    marks: list[set[int]] = [set() for _ in range(automaton.n_states)]
-    for targets, row in zip(automaton.delta.tolist(), automaton.edge_marks, strict=True):
-        for target, mark in zip(targets, row, strict=True):
-            marks[target].add(mark)
-    return sum(map(len, marks))
+    return to_state_based(automaton, effort=effort, budget=budget, others=others, least=best.least, words=problem.words)
 
 
 def _best(problem: Problem, budget: Budget) -> Candidate:
@@ -215,7 +185,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states
                     if problem.options.effort != "fast" and not hopeless:
                         found = found._replace(least=best.least)
-                        best = _smaller(best, _improved(found, problem.options.acceptance, prove=is_first))
+                        best = _smaller(best, _improved(found, problem, prove=is_first))
                 except TimeLimitExceeded:
                     if best is None:
                         raise
@@ -284,14 +254,14 @@ def _paired(emerson_lei: EmersonLei, letters: Letters, budget: Budget, way: Way 
     return to_rabin(emerson_lei, letters.aps, letters.letter_class, budget, way=way).annotated(CANONICAL)
 
 
-def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candidate:
+def _improved(found: Candidate, problem: Problem, *, prove: bool) -> Candidate:
     """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
 
     What is merged by trial is not normalized again.
 
     Args:
         found: what a construction gave.
-        wanted: acceptance of the final automaton; many pairs split states if it is on states.
+        problem: many pairs split states if the acceptance of its automaton is to be on states.
         prove: whether to look for a proof that there are no smaller automata; it depends on the language alone.
     """
     automaton, least = found.automaton, found.least
@@ -299,11 +269,11 @@ def _improved(found: Candidate, wanted: AcceptanceKind, *, prove: bool) -> Candi
         collapsed = collapse(automaton)
         least = max(least, collapsed.lower_bound)
         if collapsed.automaton.n_pairs <= automaton.n_pairs or (
-            wanted == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton)
+            problem.options.acceptance == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton)
         ):
             automaton = collapsed.automaton
     if automaton.n_states > least:
-        automaton = merge_by_trial(automaton, least=least)
+        automaton = merge_by_trial(automaton, least=least, words=problem.words)
     return found._replace(automaton=automaton, least=least)
 
 

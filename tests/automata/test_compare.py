@@ -26,7 +26,9 @@ from ltlc.automata.compare import distinguishing_letters
 from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError
 from ltlc.minimize import merge_bisimilar, merge_by_trial, merge_equivalent, reduce, to_state_based
-from ltlc.minimize.reduce import NORMALIZED, normalized
+from ltlc.minimize.even_marks import even_marks
+from ltlc.minimize.merge_by_trial import Words
+from ltlc.minimize.reduce import MERGED, NORMALIZED, merge_states, normalized
 
 
 def complement_by_letters(a: DRA) -> DRA:
@@ -146,7 +148,7 @@ def test_reduce_leaves_one_deadlock_one_sink_and_useful_pairs() -> None:
 
 @pytest.mark.parametrize("change", [merge_bisimilar, to_state_based])
 def test_forms_that_are_kept_are_right(change: Callable[[DRA], DRA]) -> None:
-    simple = 0
+    simple = merged = 0
     for automaton in random_automata(200):
         changed = change(normalized(to_transition_based(automaton)))
         if SIMPLE_MARKS in changed.forms:
@@ -154,9 +156,13 @@ def test_forms_that_are_kept_are_right(change: Callable[[DRA], DRA]) -> None:
             assert np.array_equal(again.fin, changed.fin)
             assert np.array_equal(again.inf, changed.inf)
             simple += 1
+        if MERGED in changed.forms:
+            assert merge_states(replace(changed)).n_states == changed.n_states
+            merged += 1
         if NORMALIZED in changed.forms:
             assert normalized(replace(changed)).n_states == changed.n_states
     assert simple > 50
+    assert merged > 50
 
 
 def test_pairs_are_merged_where_one_suffices() -> None:
@@ -220,6 +226,33 @@ def test_buchi_automata_accept_lassos() -> None:
     assert not BuchiAutomaton(1, (0,), ((),), 0).accepts((), (0,))
     with pytest.raises(InvalidAutomatonError):
         BuchiAutomaton(1, (0,), ((LetterEdge(1, 1, 0),),), 0)
+
+
+def test_words_that_are_known_spare_work_and_change_nothing() -> None:
+    spared = 0
+    for automaton in random_automata(60, max_states=6):
+        words: Words = []
+        alone = merge_by_trial(automaton, words=words)
+        known = list(words)
+        again = merge_by_trial(automaton, words=words)
+        assert np.array_equal(again.delta, alone.delta)
+        assert np.array_equal(again.letter_class, alone.letter_class)
+        assert words == known
+        spared += len(known)
+    assert spared > 10
+
+
+def test_even_marks_split_states_into_fewer_and_keep_the_language() -> None:
+    fewer = 0
+    for automaton in random_automata(80, max_states=4):
+        automaton = normalized(to_transition_based(automaton))
+        evened, is_complete = even_marks(automaton)
+        assert is_complete
+        assert equivalent(evened, automaton)
+        entries = [len({edge for row in a.marked_graph for edge in row}) for a in (automaton, evened)]
+        assert entries[1] <= entries[0]
+        fewer += entries[1] < entries[0]
+    assert fewer > 5
 
 
 @pytest.mark.slow
