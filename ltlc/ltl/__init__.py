@@ -26,11 +26,12 @@ from ltlc.ltl.formula import (
     Until,
     WeakUntil,
     Xor,
-    propositions,
 )
 from ltlc.ltl.hierarchy import HierarchyClass, classify, is_pure_eventuality, is_pure_universality
+from ltlc.ltl.names import propositions
 from ltlc.ltl.normal import nnf
 from ltlc.ltl.parser import parse, read_formulas
+from ltlc.ltl.past import Historically, Once, Since, Triggered, WeakYesterday, Yesterday
 from ltlc.ltl.printer import to_text
 from ltlc.ltl.rewrite import simplify
 from ltlc.ltl.semantics import LassoWord, Letter, satisfies
@@ -47,6 +48,7 @@ __all__ = [
     "Eventually",
     "Formula",
     "HierarchyClass",
+    "Historically",
     "Iff",
     "Implies",
     "LassoWord",
@@ -54,14 +56,19 @@ __all__ = [
     "LtlSyntaxWarning",
     "Next",
     "Not",
+    "Once",
     "Or",
     "Proposition",
     "Release",
+    "Since",
     "StrongRelease",
     "Syntax",
+    "Triggered",
     "Until",
     "WeakUntil",
+    "WeakYesterday",
     "Xor",
+    "Yesterday",
     "classify",
     "fold",
     "is_pure_eventuality",

@@ -8,7 +8,7 @@ from collections.abc import Callable, Container, Iterable, Iterator
 from itertools import chain, islice
 
 from ltlc.errors import LtlSyntaxError
-from ltlc.ltl.dialects import RESERVED, Foreign, foreign_operator, foreign_syntax, prefix_notation
+from ltlc.ltl.dialects import RESERVED, Foreign, foreign_operator, foreign_syntax
 from ltlc.ltl.grammar import Token, excerpt
 
 
@@ -17,6 +17,7 @@ class LtlSyntaxWarning(UserWarning):
 
 
 _PREFIX = {"_NOT": "negation", "_NEXT": "next", "_EVENTUALLY": "eventually", "_ALWAYS": "always"}
+_PREFIX["PREFIX"] = "with a bound"
 _BINARY = {
     "_IMPLIES": "implication",
     "_IFF": "equivalence",
@@ -27,6 +28,7 @@ _BINARY = {
     "_RELEASE": "release",
     "_WEAK_UNTIL": "weak until",
     "_STRONG_RELEASE": "strong release",
+    "INFIX": "with a bound",
 }
 # What people write for an operator that is written otherwise here.
 _WORDS = {
@@ -63,8 +65,8 @@ _SIGNS = {
     "/": r"write /\ for conjunction, or quote the name: {quoted}",
     "\\": r"write \/ for disjunction, or quote the name: {quoted}",
     ";": "a formula has no sequences, words have: a; b; cycle{{c}}",
-    "[": "only round brackets group, and operators have no bounds: write X X a for two steps",
-    "]": "only round brackets group, and operators have no bounds: write X X a for two steps",
+    "[": "only round brackets group, and bounds are numbers: F[2:5] a",
+    "]": "only round brackets group, and bounds are numbers: F[2:5] a",
     "{": "only round brackets group",
     "}": "only round brackets group",
     "'": 'names are quoted with double quotes: "name"',
@@ -138,13 +140,15 @@ def explain_token(text: str, scan: Callable[[], Iterator[Token]], index: int) ->
             opened.append(before.start)
         elif before.kind == "_CLOSE":
             opened.pop()
-    here, after = next(tokens, None), next(tokens, None)
+    here = next(tokens, None)
     if before is None and here is None:
         hint = "the shortest formulas are names and true"
         return error_at("the formula is empty: expected an operand", text, 0, hint)
-    foreign = prefix_notation(scan()) or (here and foreign_syntax(text, here.start))
+    foreign = None
+    if here and here.kind not in ("PREFIX", "INFIX"):
+        foreign = foreign_syntax(text, here.start)
     if before and here and not foreign:
-        foreign = foreign_operator(before, here, after)
+        foreign = foreign_operator(before, here)
     if foreign:
         return _foreign(text, foreign)
     if before is None or before.kind in _PREFIX or before.kind in _BINARY or before.kind == "_OPEN":

@@ -1,10 +1,9 @@
-"""Syntax of other tools of the field: names that they reserve, and what their operators and queries are."""
+"""Syntax of other tools of the field: names that they reserve, words that are read, and what is not."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import islice
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -20,6 +19,17 @@ _PAST = {
     "S": "since",
     "T": "triggered",
 }
+PAST_PREFIX: Mapping[str, str] = MappingProxyType(
+    {sign: name.replace(" ", "_") for sign, name in _PAST.items() if sign in "YZOH"}
+    | {word: word for word in ("yesterday", "weak_yesterday", "once", "historically")}
+    | {"previously": "yesterday"}
+)
+"""Words that are operators of the past where an operand is expected and another one follows, with the rule of each."""
+PAST_INFIX: Mapping[str, str] = MappingProxyType(
+    {"S": "since", "since": "since", "T": "triggered", "triggered": "triggered"}
+)
+"""Words that are operators of the past between two operands, with the rule of each."""
+PAST_WORDS = frozenset((*PAST_PREFIX, *PAST_INFIX))
 _TRANSLATORS, _PAST_TOOLS, _SPIN = "Spot, SPIN and LTL2BA read", "nuXmv and BLACK read", "SPIN reads"
 RESERVED: Mapping[str, str] = MappingProxyType(
     {
@@ -47,25 +57,13 @@ Not among them are the capital letters that only model checkers with languages o
 and NuSMV), and T (triggered), because tasks name their regions A, B, C, T.
 """
 
-_PAST_PREFIX = {sign: name for sign, name in _PAST.items() if sign in "YZOH"}
-_PAST_PREFIX |= {word: word for word in ("once", "historically", "yesterday", "previously")}
-_PAST_INFIX = {sign: name for sign, name in _PAST.items() if sign in "ST"}
-_PAST_INFIX |= {word: word for word in ("since", "triggered")}
-_WEAK_NEXT = ("N", "WX", "wX", "weak_next", "weaknext")
+WEAK_NEXT = ("N", "WX", "wX", "weak_next", "weaknext")
+"""Words for weak next."""
 _PATH_QUANTIFIED = re.compile(r"[AE][XFGU]|A|E")
-_STARTS_OPERAND = frozenset(
-    ("NAME", "QUOTED", "_TRUE", "_FALSE", "_OPEN", "_NOT", "_NEXT", "_EVENTUALLY", "_ALWAYS"),
+STARTS_OPERAND = frozenset(
+    ("NAME", "QUOTED", "_TRUE", "_FALSE", "_OPEN", "_NOT", "_NEXT", "_EVENTUALLY", "_ALWAYS", "PREFIX"),
 )
-_NO_PAST = "formulas speak about the present and the future; "
-_PAST_HINTS = {
-    "yesterday": _NO_PAST + "G(b -> Y a), for example, says the same as !b & G(X b -> a)",
-    "weak yesterday": _NO_PAST + "G(b -> Z a), for example, says the same as G(X b -> a)",
-    "once": _NO_PAST + "G(b -> O a), for example, says the same as !b W a",
-    "historically": _NO_PAST + "G(b -> H a), for example, says the same as G(!a -> G !b)",
-    "since": _NO_PAST + "G(c -> (a S b)), for example, says the same as (!c W b) & G(!a & !b -> (!c W b))",
-    "triggered": _NO_PAST + "G(c -> (a T b)), for example, says the same as G(!b -> (!c W (a & b)))",
-}
-_PAST_HINTS["previously"] = _PAST_HINTS["yesterday"]
+"""Kinds of tokens with which an operand starts."""
 
 
 class Foreign(NamedTuple):
@@ -77,34 +75,20 @@ class Foreign(NamedTuple):
     """where it starts, in characters from 0."""
 
 
-def foreign_operator(before: Token, here: Token, after: Token | None) -> Foreign | None:
-    """What the first of two operands side by side, or the one in the middle of three, is for another tool.
+def foreign_operator(before: Token, here: Token) -> Foreign | None:
+    """What the first of two operands side by side is for another tool.
 
     Args:
         before: ends an operand.
         here: starts the next one.
-        after: what follows `here`, or None for the end.
     """
-    if before.kind == "NAME" and here.kind in _STARTS_OPERAND:
-        if before.text in _PAST_PREFIX:
-            return _past(before, _PAST_PREFIX[before.text])
-        if before.text in _WEAK_NEXT:
-            message = f"'{before}' is the weak next of finite traces"
-            return Foreign(
-                message, "words are infinite here, where every position has a next one: write X", before.start
-            )
-        if _PATH_QUANTIFIED.fullmatch(before.text) and (
-            len(before.text) == 2 or here.kind in ("_NEXT", "_EVENTUALLY", "_ALWAYS")
-        ):
-            return _path_quantifier(before.text, before.start)
-    if here.kind == "NAME" and here.text in _PAST_INFIX and after is not None and after.kind in _STARTS_OPERAND:
-        return _past(here, _PAST_INFIX[here.text])
-    return None
+    if before.kind != "NAME" or here.kind not in STARTS_OPERAND or not _PATH_QUANTIFIED.fullmatch(before.text):
+        return None
+    glued = len(before.text) > 1
+    return _path_quantifier(before.text, before.start) if glued or here.kind in _OF_THE_FUTURE else None
 
 
-def _past(token: Token, name: str) -> Foreign:
-    operator = f"'{token}'" if token.text == name else f"'{token}' ({name})"
-    return Foreign(f"{operator} is an operator of the past, which is not read", _PAST_HINTS[name], token.start)
+_OF_THE_FUTURE = ("_NEXT", "_EVENTUALLY", "_ALWAYS")
 
 
 def _path_quantifier(text: str, start: int) -> Foreign:
@@ -116,44 +100,6 @@ def _path_quantifier(text: str, start: int) -> Foreign:
     if len(text) == 1:
         hint += f"; if {text} is a name, put an operator such as & behind it"
     return Foreign(message, hint, start)
-
-
-# --- prefix notation --------------------------------------------------------------------------------------------------
-
-_LBT_ARITY = {"_NOT": 1, "_NEXT": 1, "_EVENTUALLY": 1, "_ALWAYS": 1, "NAME": 0, "QUOTED": 0, "_TRUE": 0, "_FALSE": 0}
-_LBT_ARITY |= dict.fromkeys(("_AND", "_OR", "_XOR", "_UNTIL", "_RELEASE", "_WEAK_UNTIL", "_STRONG_RELEASE"), 2)
-_LBT_ARITY |= dict.fromkeys(("_IMPLIES", "_IFF"), 2)
-_LBT_NAMES = {"i": "->", "e": "<->", "V": "R"}
-_LBT_LONGEST = 200
-
-
-def prefix_notation(scanned: Iterable[Token]) -> Foreign | None:
-    """The formula in infix notation, if the tokens are one in the prefix notation of LBT and ltl2dstar."""
-    tokens = list(islice(scanned, _LBT_LONGEST + 1))
-    if not 2 < len(tokens) <= _LBT_LONGEST:
-        return None
-    operands: list[tuple[str, bool]] = []  # what was read from the right, and whether it needs no brackets
-    first = len(tokens)
-    for i in reversed(range(len(tokens))):
-        kind, text = tokens[i].kind, tokens[i].text
-        named = kind == "NAME" and text in _LBT_NAMES and len(operands) >= 2
-        arity = 2 if named else _LBT_ARITY.get(kind)
-        if arity is None or len(operands) < arity:
-            return None
-        if arity == 2:
-            first = i
-            (left, _), (right, _) = operands.pop(), operands.pop()
-            operands.append((f"({left} {_LBT_NAMES[text] if named else text} {right})", False))
-        elif arity == 1:
-            operand, _ = operands.pop()
-            operands.append((f"{text}{' ' if text.isalpha() else ''}{operand}", True))
-        else:
-            operands.append(({"t": "true", "f": "false"}.get(text, text), True))
-    if len(operands) != 1 or first == len(tokens):
-        return None
-    infix, bare = operands[0]
-    message = f"'{tokens[first]}' before its operands is prefix notation, as LBT and ltl2dstar read it"
-    return Foreign(message, f"write operators between operands: {infix if bare else infix[1:-1]}", tokens[first].start)
 
 
 # --- patterns ---------------------------------------------------------------------------------------------------------
@@ -183,38 +129,9 @@ def _property(match: re.Match[str]) -> Foreign:
 
 
 def _bound(match: re.Match[str]) -> Foreign:
-    operator, bound = match["operator"], match["bound"]
-    hint = _BOUND_HINTS.get(operator, "write the steps out with X")
-    steps = _steps(bound, is_next=operator == "X")
-    if steps and operator in _JOINED:
-        hint = f"{operator}{bound} a is {_JOINED[operator].join('X ' * i + 'a' for i in steps)}"
-    return Foreign(f"'{operator}{bound}' has a bound, which operators do not have here", hint, match.start("bound"))
-
-
-def _steps(bound: str, is_next: bool) -> range:
-    """The steps that a bound such as [0,3], <=3 or, of next, [3] speaks about; none if they are many, or not clear."""
-    limit = re.fullmatch(r"[_{\[\s]*(<=|<|=|\^|)\s*(\d{1,3})[\s\]}]*", bound)
-    interval = re.fullmatch(r"[_{\[\s]*(\d{1,3})\s*(?:,|:|\.\.)\s*(\d{1,3})[\s\]}]*", bound)
-    if interval and not is_next:
-        steps = range(int(interval[1]), int(interval[2]) + 1)
-    elif limit and limit[1] in ("<", "<=") and not is_next:
-        steps = range(int(limit[2]) + (limit[1] == "<="))
-    elif limit and (limit[1] == "=" or (is_next and limit[1] in ("^", ""))):
-        steps = range(int(limit[2]), int(limit[2]) + 1)
-    else:
-        steps = range(0)
-    return steps if steps and steps[-1] <= _LONGEST_BOUND else range(0)
-
-
-_LONGEST_BOUND = 5
-_JOINED = {"X": "", "F": " | ", "<>": " | ", "G": " & ", "[]": " & "}
-_BOUND_HINTS = {
-    "X": "write an X for every step: X X a",
-    **dict.fromkeys(("F", "<>"), "write the steps out: F a within two of them is a | X a | X X a"),
-    **dict.fromkeys(("G", "[]"), "write the steps out: G a for two of them is a & X a & X X a"),
-    "U": "write the steps out: a U b within two of them is b | a & X(b | a & X b)",
-    "R": "write the steps out: a R b for two of them is b & (a | X(b & (a | X b)))",
-}
+    operator = match["operator"]
+    forms = "X[3]" if operator == "X" else f"{operator}[2:5], {operator}[2:] or {operator}<=5"
+    return Foreign(f"'{match[0]}' has a bound that is not read", f"write {forms}", match.start("operator"))
 
 
 def _quoted(match: re.Match[str]) -> Foreign:
@@ -245,15 +162,10 @@ _PATTERNS: Sequence[tuple[re.Pattern[str], Callable[[re.Match[str]], Foreign]]] 
         lambda match: _path_quantifier(match[0][0], match.start()),
     ),
     (
-        re.compile(r"X\s*\[\s*!\s*\]"),
-        _explained(
-            "{} is the strong next of finite traces",
-            "words are infinite here, where every position has a next one: write X",
-        ),
-    ),
-    (
         re.compile(rf"(?<![\w.])[XFG]*[OHYZST]{_BOUND}"),
-        _explained("{} is an operator of the past with a bound, which is not read", _NO_PAST.rstrip("; ")),
+        _explained(
+            "{} is an operator of the past with a bound, which is not read", "write the steps out: a | Y a | Y Y a"
+        ),
     ),
     (
         re.compile(
@@ -277,6 +189,6 @@ _PATTERNS: Sequence[tuple[re.Pattern[str], Callable[[re.Match[str]], Foreign]]] 
         _explained("{} is an operator of PSL and SVA", "a |-> b is a -> b, and a |=> b is a -> X b"),
     ),
     (re.compile(r"~>"), _explained("{} is 'leads to' of TLA+", "a ~> b is G(a -> F b)")),
-    (re.compile(r"(?<![\w.])['`‘‚](?P<name>[^'`‘’]*)['`’‘]"), _quoted),
+    (re.compile(r"(?<![\w.])[`‘‚](?P<name>[^`‘’]*)[`’‘]"), _quoted),
     (re.compile(r"[“„«](?P<name>[^“”„«»]*)[”“»]"), _quoted),
 )

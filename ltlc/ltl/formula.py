@@ -13,28 +13,24 @@ from zlib import crc32
 
 from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.ltl.interning import find, intern
-from ltlc.ltl.syntax import PLAIN, write
+from ltlc.ltl.shape import EVENTUAL, LITERAL, NO_PAST, NORMAL, PRESENT, UNIVERSAL
+from ltlc.ltl.syntax import PLAIN, PLAIN_WITH_PAST, write
 from ltlc.ltl.traversal import postorder
 
-EVENTUAL, UNIVERSAL, NORMAL, LITERAL = 1, 2, 4, 8
-"""Bits of `Formula.flags`: its shape shows that it is a pure eventuality, a pure universality (see
-`ltlc.ltl.hierarchy`); it is in negation normal form; it is a proposition or the negation of one."""
-SUSPENDABLE = EVENTUAL | UNIVERSAL
 _MASK_BITS = 120
-"""Bits of a literal mask for the propositions, and as many for their negations. Among more propositions than this, some
-share a bit for sure, and among a dozen perhaps."""
+"""Bits of a literal mask for propositions, and as many for their negations; a dozen of them may share one already."""
 
 
 class Formula:
     """A node: an operator and its operands. Build nodes with the subclasses.
 
-    Formulas are compared and hashed by identity. No order of a set of formulas may reach a result, because it differs
+    Formulas are compared and hashed by identity, so that the order of a set of them, which may reach no result, differs
     from run to run; dictionaries keep the order of insertion.
 
     Attributes:
         args: the operands, left to right.
         size: number of nodes, written out as a tree.
-        flags: which of EVENTUAL, UNIVERSAL, NORMAL and LITERAL hold.
+        flags: what its shape shows, as bits of `ltlc.ltl.shape`.
         literal_mask: in negation normal form, a bit for each literal that occurs, and all bits if a constant does.
             Formulas without a common bit have no common literal; with one, they may.
         negated_literal_mask: the literal mask of the negation.
@@ -50,8 +46,9 @@ class Formula:
     literal_mask: int
     negated_literal_mask: int
 
-    # Flags that hold if they hold of all operands, if they hold of the last operand, and in any case.
+    # Flags that hold if they hold of all operands (these two), if they hold of the last operand, and in any case.
     _flags_of_all: ClassVar[int] = 0
+    _tense: ClassVar[int] = PRESENT
     _flags_of_last: ClassVar[int] = 0
     _own_flags: ClassVar[int] = 0
 
@@ -62,7 +59,7 @@ class Formula:
         raise AttributeError(f"formulas are immutable: cannot set {name!r}")
 
     def __str__(self) -> str:
-        return write(self, PLAIN)
+        return write(self, PLAIN if self.flags & NO_PAST else PLAIN_WITH_PAST)
 
     def __repr__(self) -> str:
         return f"parse({str(self)!r})"
@@ -97,14 +94,12 @@ class Formula:
 _set = object.__setattr__
 
 
-def _make(
-    key: tuple[Any, ...], args: tuple[Formula, ...], size: int, flags: int, literal_mask: int, negated_mask: int
-) -> Any:
+def _make(key: tuple[Any, ...], args: tuple[Formula, ...], size: int, flags: int, mask: int, negated_mask: int) -> Any:
     node = object.__new__(key[0])
     _set(node, "args", args)
     _set(node, "size", size)
     _set(node, "flags", flags)
-    _set(node, "literal_mask", literal_mask)
+    _set(node, "literal_mask", mask)
     _set(node, "negated_literal_mask", negated_mask)
     if not args:
         _set(node, "name" if key[0] is Proposition else "value", key[1])
@@ -120,7 +115,7 @@ def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
         known = None
     if known is not None:
         return known
-    size, flags, literal_mask, negated_literal_mask = 1, cls._flags_of_all, 0, 0
+    size, flags, literal_mask, negated_literal_mask = 1, cls._flags_of_all | cls._tense, 0, 0
     for arg in args:
         if not isinstance(arg, Formula):
             raise InvalidArgumentError(f"the operands of {cls.__name__} are formulas, not {type(arg).__name__}")
@@ -131,7 +126,7 @@ def _operator(cls: type[Formula], args: tuple[Formula, ...]) -> Any:
     flags |= cls._flags_of_last & args[-1].flags | cls._own_flags
     if cls is Not:
         literal_mask, negated_literal_mask = negated_literal_mask, literal_mask
-        flags = NORMAL | LITERAL if type(args[0]) is Proposition else 0
+        flags = flags & PRESENT | (NORMAL | LITERAL if type(args[0]) is Proposition else 0)
     return _make(key, args, size, flags, literal_mask, negated_literal_mask)
 
 
@@ -144,7 +139,7 @@ class Constant(Formula):
 
     def __new__(cls, value: bool) -> Self:
         key = (cls, bool(value))
-        node: Self = find(key) or _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL, -1, -1)
+        node: Self = find(key) or _make(key, (), 1, EVENTUAL | UNIVERSAL | NORMAL | PRESENT, -1, -1)
         return node
 
 
@@ -171,11 +166,13 @@ class Proposition(Formula):
             except UnicodeEncodeError:
                 raise InvalidArgumentError(f"the proposition {name!a} has half a character in its name") from None
             sign = 1 << crc32(code) % _MASK_BITS
-            node = _make(key, (), 1, NORMAL | LITERAL, sign, sign << _MASK_BITS)
+            node = _make(key, (), 1, NORMAL | LITERAL | PRESENT, sign, sign << _MASK_BITS)
         return node
 
 
-class _Unary(Formula):
+class Unary(Formula):
+    """An operator with one operand."""
+
     __slots__ = ()
 
     def __new__(cls, operand: Formula) -> Self:
@@ -183,7 +180,9 @@ class _Unary(Formula):
         return node
 
 
-class _Binary(Formula):
+class Binary(Formula):
+    """An operator with two operands."""
+
     __slots__ = ()
 
     def __new__(cls, left: Formula, right: Formula) -> Self:
@@ -191,7 +190,7 @@ class _Binary(Formula):
         return node
 
 
-class Not(_Unary):
+class Not(Unary):
     """Negation; of a negation it is the formula that was negated, whatever its type."""
 
     __slots__ = ()
@@ -203,18 +202,19 @@ class Not(_Unary):
         return node  # type: ignore[no-any-return]
 
 
-class _Idempotent(_Unary):
+class _Idempotent(Unary):
     __slots__ = ()
 
     def __new__(cls, operand: Formula) -> Self:
         return operand if type(operand) is cls else super().__new__(cls, operand)
 
 
-class Next(_Unary):
+class Next(Unary):
     """X f: f holds at the next position."""
 
     __slots__ = ()
     symbol = "X"
+    _tense = NO_PAST
     _flags_of_all = EVENTUAL | UNIVERSAL | NORMAL
 
 
@@ -223,6 +223,7 @@ class Eventually(_Idempotent):
 
     __slots__ = ()
     symbol = "F"
+    _tense = NO_PAST
     _flags_of_all = UNIVERSAL | NORMAL
     _own_flags = EVENTUAL
 
@@ -232,6 +233,7 @@ class Always(_Idempotent):
 
     __slots__ = ()
     symbol = "G"
+    _tense = NO_PAST
     _flags_of_all = EVENTUAL | NORMAL
     _own_flags = UNIVERSAL
 
@@ -266,65 +268,68 @@ class Or(_Nary):
     _of_none = False
 
 
-class Implies(_Binary):
+class Implies(Binary):
     """f -> g."""
 
     __slots__ = ()
     symbol = "->"
 
 
-class Iff(_Binary):
+class Iff(Binary):
     """f <-> g."""
 
     __slots__ = ()
     symbol = "<->"
 
 
-class Xor(_Binary):
+class Xor(Binary):
     """Exactly one of f and g."""
 
     __slots__ = ()
     symbol = "xor"
 
 
-class Until(_Binary):
+class Until(Binary):
     """f U g: g holds at some position, and f at all positions before it."""
 
     __slots__ = ()
     symbol = "U"
+    _tense = NO_PAST
     _flags_of_all = NORMAL
     _flags_of_last = EVENTUAL | UNIVERSAL
 
 
-class WeakUntil(_Binary):
+class WeakUntil(Binary):
     """f W g: f U g, or f for ever."""
 
     __slots__ = ()
     symbol = "W"
+    _tense = NO_PAST
     _flags_of_all = EVENTUAL | NORMAL
     _flags_of_last = UNIVERSAL
 
 
-class Release(_Binary):
+class Release(Binary):
     """f R g: g holds up to and including the first position where f holds, or for ever."""
 
     __slots__ = ()
     symbol = "R"
+    _tense = NO_PAST
     _flags_of_all = NORMAL
     _flags_of_last = EVENTUAL | UNIVERSAL
 
 
-class StrongRelease(_Binary):
+class StrongRelease(Binary):
     """f M g: f R g, and f holds at some position."""
 
     __slots__ = ()
     symbol = "M"
+    _tense = NO_PAST
     _flags_of_all = UNIVERSAL | NORMAL
     _flags_of_last = EVENTUAL
 
 
-TRUE = Constant(True)
-FALSE = Constant(False)
+TRUE, FALSE = Constant(True), Constant(False)
 
 
 def _flatten(formula: Formula) -> list[tuple[Any, ...]]:
@@ -343,8 +348,3 @@ def _rebuild(rows: list[tuple[Any, ...]]) -> Formula:
     for cls, *parts in rows:
         nodes.append(cls(*(parts if cls in (Constant, Proposition) else (nodes[i] for i in parts))))
     return nodes[-1]
-
-
-def propositions(formula: Formula) -> tuple[str, ...]:
-    """Names of the atomic propositions, in order of first appearance."""
-    return tuple(node.name for node in postorder(formula) if isinstance(node, Proposition))

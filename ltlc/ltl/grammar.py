@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from ltlc.budget import check_time
 
@@ -55,6 +55,32 @@ class Misfit(Exception):
         self.index = index
 
 
+class Placed(str):
+    """The text of a token, with the place where an error about it is shown."""
+
+    __slots__ = ("start",)
+    start: int
+
+    def __new__(cls, text: str, start: int) -> Self:
+        """The text of a token that starts there."""
+        placed = super().__new__(cls, text)
+        placed.start = start
+        return placed
+
+
+class Unbuildable(Exception):
+    """What the tokens mean is no formula, although they stand where they may.
+
+    Args:
+        message, hint: for the error.
+        start: the place that they speak of, in characters from 0.
+    """
+
+    def __init__(self, message: str, hint: str, start: int) -> None:
+        super().__init__(message)
+        self.message, self.hint, self.start = message, hint, start
+
+
 class Reduction(NamedTuple):
     """What the table demands where operands are complete: to make one value of the last `size` ones."""
 
@@ -71,9 +97,16 @@ class Grammar:
 
     Args:
         builders: a function from operands to value for each named rule of the grammar.
+        is_suspect: whether the kind of some token may depend on the tokens around it, or builders may need places.
+        in_context: the tokens of such a text with their right kinds.
     """
 
-    def __init__(self, builders: object) -> None:
+    def __init__(
+        self,
+        builders: object,
+        is_suspect: Callable[[str], bool],
+        in_context: Callable[[Iterator[Token]], Iterator[Token]],
+    ) -> None:
         from lark import Lark
         from lark.parsers.lalr_analysis import Shift
 
@@ -87,6 +120,8 @@ class Grammar:
         ignored = "|".join(t.pattern.to_regexp() for t in terminals if t.name in lark.ignore_tokens)
         named = [f"(?P<{t.name}>{t.pattern.to_regexp()})" for t in terminals if t.name not in lark.ignore_tokens]
         self._pattern = re.compile("|".join([ignored, *named, f"(?P<{UNKNOWN}>(?s:.))"]))
+
+        self._is_suspect, self._in_context = is_suspect, in_context
 
         table = lark.parse_interactive("").parser_state.parse_conf
         self._first_state: int = table.start_state
@@ -102,6 +137,11 @@ class Grammar:
 
     def scan(self, text: str) -> Iterator[Token]:
         """The tokens, one after the other: a long text has more of them than memory should hold."""
+        tokens = self.lexed(text)
+        return self._in_context(tokens) if self._is_suspect(text) else tokens
+
+    def lexed(self, text: str) -> Iterator[Token]:
+        """As `scan`, with every word a name that is one to the lexer."""
         for match in self._pattern.finditer(text):
             if match.lastgroup:
                 yield Token(match.lastgroup, match[0], *match.span())
@@ -111,13 +151,18 @@ class Grammar:
 
         Raises:
             Misfit: its tokens are no sequence that the grammar allows.
+            Unbuildable: a builder says so.
             TimeLimitExceeded: the time is over.
         """
         actions = self._actions
         states = [self._first_state]
         values: list[Any] = []
-        matches = self._pattern.finditer(text)
-        tokens = ((match.lastgroup, match[0]) for match in matches if match.lastgroup)
+        tokens: Iterator[tuple[str, str]]
+        if self._is_suspect(text):
+            tokens = ((token.kind, Placed(token.text, token.start)) for token in self.scan(text))
+        else:
+            matches = self._pattern.finditer(text)
+            tokens = ((match.lastgroup, match[0]) for match in matches if match.lastgroup)
         for index, (kind, word) in enumerate(chain(tokens, [(END, "")])):
             while True:
                 action = actions[states[-1]].get(kind)

@@ -15,19 +15,10 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple
 
-from ltlc.ltl.formula import (
-    EVENTUAL,
-    UNIVERSAL,
-    Always,
-    Eventually,
-    Formula,
-    Not,
-    Release,
-    StrongRelease,
-    Until,
-    WeakUntil,
-)
+from ltlc.ltl.formula import Always, Eventually, Formula, Not, Release, StrongRelease, Until, WeakUntil
 from ltlc.ltl.normal import nnf
+from ltlc.ltl.past import PAST
+from ltlc.ltl.shape import EVENTUAL, UNIVERSAL
 from ltlc.ltl.traversal import fold
 
 
@@ -89,7 +80,7 @@ def classify(formula: Formula) -> HierarchyClass:
 
 
 def _classes(node: Formula, args: list[_Classes]) -> _Classes:
-    if not args or isinstance(node, Not):
+    if not args or isinstance(node, (Not, *PAST)):  # what the past says is as certain as a letter
         return _Classes(safety=True, co_safety=True, recurrence=True, persistence=True)
     safety, co_safety, recurrence, persistence = (all(flags) for flags in zip(*args, strict=True))
     # A prefix can refute G W R and prove F U M. Across the two: a U b = (a W b) & F b is a recurrence formula if b is

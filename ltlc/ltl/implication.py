@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from ltlc.budget import check_time
 from ltlc.ltl.formula import (
-    EVENTUAL,
     FALSE,
-    LITERAL,
     TRUE,
-    UNIVERSAL,
     Always,
     And,
     Eventually,
@@ -21,6 +18,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
 )
 from ltlc.ltl.normal import negation
+from ltlc.ltl.shape import EVENTUAL, LITERAL, UNIVERSAL
 
 _UNTILS = (Until, WeakUntil)
 _RELEASES = (Release, StrongRelease)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ltlc.budget import check_time
+from ltlc.ltl.finite import WeakNext
 from ltlc.ltl.formula import (
     FALSE,
-    NORMAL,
     TRUE,
     Always,
     And,
@@ -24,6 +24,8 @@ from ltlc.ltl.formula import (
     WeakUntil,
     Xor,
 )
+from ltlc.ltl.past import Historically, Once, Since, Triggered, WeakYesterday, Yesterday
+from ltlc.ltl.shape import NORMAL
 from ltlc.ltl.traversal import fold
 
 DUAL: dict[type[Formula], type[Formula]] = {
@@ -36,6 +38,12 @@ DUAL: dict[type[Formula], type[Formula]] = {
     Release: Until,
     WeakUntil: StrongRelease,
     StrongRelease: WeakUntil,
+    Yesterday: WeakYesterday,
+    WeakYesterday: Yesterday,
+    Once: Historically,
+    Historically: Once,
+    Since: Triggered,
+    Triggered: Since,
 }
 """Operator -> the one that negates it on negated operands: !(a U b) = !a R !b."""
 
@@ -95,7 +103,7 @@ def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, li
         node, positive = node.args[0], not positive
     if positive and node.flags & NORMAL:
         return node, []
-    operator = type(node)
+    operator = Next if type(node) is WeakNext else type(node)  # the same on infinite words
     if isinstance(node, Constant):
         return (FALSE if node.value else TRUE), []
     if operator is Proposition:

@@ -1,13 +1,15 @@
-"""Formula to text, in five syntaxes."""
+"""Formula to text, in six syntaxes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from ltlc.errors import UnknownNameError
+from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.ltl.formula import Always, And, Formula, Iff, Implies, Not, Or, Release, StrongRelease, Until, WeakUntil, Xor
-from ltlc.ltl.syntax import STYLES, Syntax, write
+from ltlc.ltl.lbt import to_prefix
+from ltlc.ltl.shape import NO_PAST
+from ltlc.ltl.syntax import PLAIN_WITH_PAST, STYLES, Syntax, with_past, write
 from ltlc.ltl.traversal import fold
 
 
@@ -21,15 +23,25 @@ def to_text(formula: Formula, syntax: Syntax = "plain") -> str:
     Args:
         formula: any formula.
         syntax: `plain` is what `parse` reads and `str` gives; `unicode` and `latex` (math mode) are for people; `spot`
-            is read by Spot; `prism` by PRISM and Storm, which share only ! & | X U F G, so the rest is rewritten.
+            is read by Spot; `prism` by PRISM and Storm, which share only ! & | X U F G, so the rest is rewritten; `lbt`
+            by LBT, ltl2dstar and Spot.
 
     Raises:
-        InvalidArgumentError: a proposition that PRISM cannot have as a label.
+        InvalidArgumentError: a proposition that PRISM cannot have as a label, or an operator of the past for another
+            tool.
         UnknownNameError: no such syntax.
     """
+    if syntax == "lbt":
+        return to_prefix(formula)
     if syntax not in STYLES:
-        raise UnknownNameError("syntax", syntax, STYLES)
-    return write(_core(formula) if syntax == "prism" else formula, STYLES[syntax])
+        raise UnknownNameError("syntax", syntax, (*STYLES, "lbt"))
+    style = STYLES[syntax]
+    if not formula.flags & NO_PAST:
+        if syntax in ("spot", "prism"):
+            tool = "Spot" if syntax == "spot" else "PRISM"
+            raise InvalidArgumentError(f"{tool} reads no operators of the past: give it the automaton of {formula}")
+        style = with_past(style) if syntax == "unicode" else PLAIN_WITH_PAST if syntax == "plain" else style
+    return write(_core(formula) if syntax == "prism" else formula, style)
 
 
 def _core(formula: Formula) -> Formula:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from functools import cache
 
 from ltlc.budget import check_time
-from ltlc.ltl.formula import LITERAL, Formula
+from ltlc.ltl.formula import Formula
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.normal import nnf
+from ltlc.ltl.recall import without_past
 from ltlc.ltl.rule import Rewrite, Rule
 from ltlc.ltl.rules_binary import BINARY_RULES
 from ltlc.ltl.rules_boolean import BOOLEAN_RULES
 from ltlc.ltl.rules_unary import UNARY_RULES
+from ltlc.ltl.shape import LITERAL, NO_PAST
 
 RULES: tuple[Rule, ...] = (*BOOLEAN_RULES, *UNARY_RULES, *BINARY_RULES)
 """In the order in which they are tried on a node."""
@@ -39,6 +41,13 @@ def simplify(formula: Formula) -> Formula:
         more deterministic, TACAS 2012, doi:10.1007/978-3-642-28756-5_8.
     """
     root = nnf(formula)
+    if root.flags & NO_PAST:
+        return _simplified(root)
+    recalled = without_past(root)  # as far as the rules know, what the past says is a proposition
+    return recalled.together(_simplified(recalled.future))
+
+
+def _simplified(root: Formula) -> Formula:
     known = Implications()
     done: dict[Formula, Formula] = {}
     steps = STEPS_PER_NODE * min(root.size, MAX_TREE)

@@ -6,12 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from ltlc.ltl.formula import (
-    EVENTUAL,
     FALSE,
-    LITERAL,
-    SUSPENDABLE,
     TRUE,
-    UNIVERSAL,
     Always,
     And,
     Constant,
@@ -26,6 +22,7 @@ from ltlc.ltl.formula import (
 )
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.rule import MAX_COPIED, RuleBook, factor_out, operands
+from ltlc.ltl.shape import EVENTUAL, LITERAL, SUSPENDABLE, UNIVERSAL
 
 BINARY_RULES = RuleBook()
 _BINARY = (Until, WeakUntil, Release, StrongRelease)

@@ -8,8 +8,6 @@ from typing import TypeVar
 
 from ltlc.ltl.formula import (
     FALSE,
-    LITERAL,
-    SUSPENDABLE,
     TRUE,
     Always,
     And,
@@ -26,6 +24,7 @@ from ltlc.ltl.formula import (
 )
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
+from ltlc.ltl.shape import LITERAL, SUSPENDABLE
 from ltlc.ltl.traversal import fold
 
 BOOLEAN_RULES = RuleBook()

@@ -6,9 +6,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from ltlc.ltl.formula import (
-    EVENTUAL,
-    SUSPENDABLE,
-    UNIVERSAL,
     Always,
     And,
     Constant,
@@ -23,6 +20,7 @@ from ltlc.ltl.formula import (
 )
 from ltlc.ltl.implication import Implications
 from ltlc.ltl.rule import MAX_COPIED, MAX_PAIRWISE, RuleBook, factor_out
+from ltlc.ltl.shape import EVENTUAL, SUSPENDABLE, UNIVERSAL
 
 UNARY_RULES = RuleBook()
 

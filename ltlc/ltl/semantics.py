@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ltlc.budget import check_time
 from ltlc.errors import InvalidArgumentError, check_type
+from ltlc.ltl.finite import WeakNext
 from ltlc.ltl.formula import (
     Always,
     And,
@@ -25,7 +26,9 @@ from ltlc.ltl.formula import (
     WeakUntil,
     Xor,
 )
-from ltlc.ltl.traversal import postorder
+from ltlc.ltl.past import PAST, Historically, Once, Since, Triggered, WeakYesterday, Yesterday
+from ltlc.ltl.shape import NO_PAST
+from ltlc.ltl.traversal import fold, postorder
 
 Letter = frozenset[str]
 
@@ -85,7 +88,7 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
 
     Every distinct subformula is evaluated at every position of the lasso, in time and space linear in both. The
     temporal operators are least (F U M) or greatest (G W R) fixpoints of their expansion laws, such as
-    a U b = b | (a & X(a U b)); two rounds of the cycle reach them.
+    a U b = b | (a & X(a U b)); two rounds of the cycle reach them. The past is read forwards, until it repeats itself.
 
     >>> from ltlc.ltl import parse, parse_word
     >>> satisfies(parse("G(a -> F b)"), parse_word("a; b; cycle{!a}"))
@@ -99,8 +102,9 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
     """
     check_type(formula, Formula, "formula", "what parse returns")
     check_type(word, LassoWord, "word", "a LassoWord, or what parse_word returns")
-    letters = word.letters
-    start = len(word.prefix)
+    rounds = _depth_of_past(formula)
+    letters = word.prefix + word.cycle * (rounds + 1)
+    start = len(word.prefix) + len(word.cycle) * rounds
     values: dict[Formula, Sequence[bool]] = {}
     for node in postorder(formula):
         check_time()
@@ -109,8 +113,10 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
             values[node] = [node.name in letter for letter in letters]
         elif isinstance(node, Constant):
             values[node] = [node.value] * len(letters)
-        elif isinstance(node, Next):
+        elif isinstance(node, Next | WeakNext):
             values[node] = [*operands[0][1:], operands[0][start]]
+        elif isinstance(node, PAST):
+            values[node] = _remembered(node, operands[0], operands[-1])
         elif type(node) in _FIXPOINTS:
             greatest, law = _FIXPOINTS[type(node)]
             values[node] = _fixpoint(law, operands[0], operands[-1], greatest, start)
@@ -118,6 +124,27 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
             connective = _CONNECTIVES[type(node)]
             values[node] = [connective(row) for row in zip(*operands, strict=True)]
     return values[formula][0]
+
+
+def _depth_of_past(formula: Formula) -> int:
+    """The number of rounds of a cycle after which what the past says repeats itself.
+
+    Once the operands of an operator repeat themselves, so does it after one round more: what a round makes of the truth
+    value at its beginning is a constant or that value.
+    """
+    if formula.flags & NO_PAST:
+        return 0
+    return fold(formula, {}, lambda node, depths: max(depths, default=0) + isinstance(node, PAST))
+
+
+def _remembered(node: Formula, left: Sequence[bool], right: Sequence[bool]) -> Sequence[bool]:
+    """The values of an operator of the past, from the first position on."""
+    before, law = _MEMORIES[type(node)]
+    values: list[bool] = []
+    for a, b in zip(left, right, strict=True):
+        value, before = law(a, b, before)
+        values.append(value)
+    return values
 
 
 def _fixpoint(
@@ -142,6 +169,16 @@ _FIXPOINTS: dict[type[Formula], tuple[bool, Callable[[bool, bool, bool], bool]]]
     WeakUntil: (True, lambda a, b, after: b or (a and after)),
     Release: (True, lambda a, b, after: b and (a or after)),
     StrongRelease: (False, lambda a, b, after: b and (a or after)),
+}
+# operator of the past -> (what it recalls at the first position, from left, right and what it recalls: its value and
+# what it recalls at the next position)
+_MEMORIES: dict[type[Formula], tuple[bool, Callable[[bool, bool, bool], tuple[bool, bool]]]] = {
+    Yesterday: (False, lambda a, _, before: (before, a)),
+    WeakYesterday: (True, lambda a, _, before: (before, a)),
+    Once: (False, lambda a, _, before: (a or before,) * 2),
+    Historically: (True, lambda a, _, before: (a and before,) * 2),
+    Since: (False, lambda a, b, before: (b or (a and before),) * 2),
+    Triggered: (True, lambda a, b, before: (b and (a or before),) * 2),
 }
 _CONNECTIVES: dict[type[Formula], Callable[[Sequence[bool]], bool]] = {
     Not: lambda row: not row[0],

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Literal, Protocol, Self
 
 from ltlc.budget import check_time
 from ltlc.errors import InvalidArgumentError
-from ltlc.ltl.dialects import RESERVED
+from ltlc.ltl.dialects import PAST_WORDS, RESERVED
 
 
 class Node(Protocol):
@@ -30,7 +30,7 @@ class Node(Protocol):
         ...
 
 
-Syntax = Literal["plain", "unicode", "latex", "spot", "prism"]
+Syntax = Literal["plain", "unicode", "latex", "spot", "prism", "lbt"]
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,11 @@ class Style:
     binding: Mapping[str, tuple[int, int, int]]
 
 
+_WORDS = ("X", "F", "G", "Y", "Z", "O", "H", "WX")
 _ATOM = (9, 9, 9)
 _BINDING: Mapping[str, tuple[int, int, int]] = MappingProxyType(
-    dict.fromkeys(("!", "X", "F", "G"), (6, 6, 6))
-    | dict.fromkeys(("U", "R", "W", "M"), (5, 6, 5))
+    dict.fromkeys(("!", *_WORDS), (6, 6, 6))
+    | dict.fromkeys(("U", "R", "W", "M", "S", "T"), (5, 6, 5))
     | {"&": (4, 5, 5), "xor": (3, 3, 4), "|": (2, 3, 3)}
     | dict.fromkeys(("->", "<->"), (1, 2, 1))
 )
@@ -59,7 +60,7 @@ _BINDING: Mapping[str, tuple[int, int, int]] = MappingProxyType(
 _PRISM_BINDING: Mapping[str, tuple[int, int, int]] = MappingProxyType(
     dict.fromkeys(("X", "F", "G"), (6, 6, 6)) | {"!": (7, 7, 7), "&": (4, 7, 7), "|": (2, 7, 7), "U": (1, 7, 7)}
 )
-_PREFIX: dict[str, str] = {"!": "!", "X": "X ", "F": "F ", "G": "G "}
+_PREFIX: dict[str, str] = {"!": "!", **{sign: f"{sign} " for sign in _WORDS}}
 _INFIX: dict[str, str] = {
     "&": " & ",
     "|": " | ",
@@ -70,6 +71,8 @@ _INFIX: dict[str, str] = {
     "R": " R ",
     "W": " W ",
     "M": " M ",
+    "S": " S ",
+    "T": " T ",
 }
 
 # Names that the parser reads as one proposition wherever they stand, without a warning. The second kind is also safe in
@@ -83,17 +86,18 @@ _LATEX_SPECIAL = re.compile(r"[\\{}$&#^_%~ ]")
 _LATEX_ESCAPES = {"\\": r"\backslash{}", "^": r"\hat{}", "~": r"\sim{}"}
 
 
-def _quote(name: str) -> str:
+def quote(name: str) -> str:
+    """The name in double quotes."""
     escaped = name.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 
 
 def _plain_name(name: str) -> str:
-    return name if _BARE.fullmatch(name) else _quote(name)
+    return name if _BARE.fullmatch(name) else quote(name)
 
 
 def _spot_name(name: str) -> str:
-    return name if _BARE_IN_SPOT.fullmatch(name) else _quote(name)
+    return name if _BARE_IN_SPOT.fullmatch(name) else quote(name)
 
 
 def _latex_name(name: str) -> str:
@@ -122,7 +126,7 @@ STYLES: Mapping[str, Style] = MappingProxyType(
         "latex": Style(
             (r"\bot", r"\top"),
             _latex_name,
-            _PREFIX | {"!": r"\neg ", "X": r"\mathsf{X}\,", "F": r"\mathsf{F}\,", "G": r"\mathsf{G}\,"},
+            {"!": r"\neg ", **{sign: rf"\mathsf{{{sign}}}\," for sign in _WORDS}},
             {
                 "&": r" \wedge ",
                 "|": r" \vee ",
@@ -133,6 +137,8 @@ STYLES: Mapping[str, Style] = MappingProxyType(
                 "R": r" \;\mathsf{R}\; ",
                 "W": r" \;\mathsf{W}\; ",
                 "M": r" \;\mathsf{M}\; ",
+                "S": r" \;\mathsf{S}\; ",
+                "T": r" \;\mathsf{T}\; ",
             },
             _BINDING,
         ),
@@ -142,7 +148,15 @@ STYLES: Mapping[str, Style] = MappingProxyType(
 )
 
 PLAIN = STYLES["plain"]
-"""what `parse` reads."""
+"""What `parse` reads."""
+
+
+def with_past(style: Style) -> Style:
+    """The style for formulas with operators of the past: names that are read as such before an operand are quoted."""
+    return replace(style, name=lambda name: quote(name) if name in PAST_WORDS else style.name(name))
+
+
+PLAIN_WITH_PAST = with_past(PLAIN)
 
 
 def write(formula: Node, style: Style) -> str:

@@ -32,6 +32,7 @@ from ltlc.errors import (
     UnknownNameError,
 )
 from ltlc.ltl import Formula, propositions, simplify
+from ltlc.ltl.shape import NO_PAST
 from ltlc.minimize.collapse import collapse
 from ltlc.minimize.merge_by_trial import EFFORT, Words, merge_by_trial
 from ltlc.minimize.reduce import NORMALIZED, normalized
@@ -40,6 +41,7 @@ from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
+from ltlc.translate.memory import Memory
 from ltlc.translate.options import Options
 
 _DEFAULTS = Options()
@@ -68,10 +70,14 @@ class Problem(NamedTuple):
     options: Options
     words: Words
     """what told states apart so far; see `merge_by_trial`."""
+    memory: Memory | None
+    """of the past, if the formula has one."""
 
     def closure(self, budget: Budget) -> Closure:
         """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
-        return Closure(self.formula, self.letters, budget)
+        if self.memory is None:
+            return Closure(self.formula, self.letters, budget)
+        return Closure(self.memory.future, self.memory.letters, budget)
 
 
 class Candidate(NamedTuple):
@@ -121,7 +127,9 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
     with time_limit(text, options.timeout) as limit:
         budget = Budget(text, options.max_states)
         simple = simplify(formula)
-        problem = Problem(simple, letters_of(simple, propositions(formula)), options, [])
+        letters = letters_of(simple, propositions(formula))
+        memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
+        problem = Problem(simple, letters, options, [], memory)
         try:
             best = _best(problem, budget)
             automaton = best.automaton
@@ -237,7 +245,9 @@ def _worth_trying(closure: Closure, options: Options) -> tuple[str, ...]:
 def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:
     """The automaton of a construction, with as few states as merging those of one language gives."""
     emerson_lei = reduced(construction.build(closure, budget))
-    automaton = _paired(emerson_lei, closure.letters, budget)
+    if problem.memory is not None:
+        emerson_lei = reduced(problem.memory.product(emerson_lei, budget))
+    automaton = _paired(emerson_lei, problem.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei)
     with _spare_time(problem):

@@ -10,14 +10,21 @@ import pytest
 import ltlc.ltl
 
 MODULES = [
+    "bounds",
+    "context",
     "diagnosis",
+    "finite",
     "formula",
     "grammar",
     "hierarchy",
     "implication",
+    "lbt",
+    "names",
     "normal",
     "parser",
+    "past",
     "printer",
+    "recall",
     "rewrite",
     "rule",
     "rules_binary",

@@ -13,7 +13,7 @@ import pytest
 from random_ltl import random_formula
 
 from ltlc.ltl import TRUE, And, Formula, Iff, Implies, Next, Not, Or, Proposition, Xor, nnf, parse, postorder
-from ltlc.ltl.formula import LITERAL, NORMAL
+from ltlc.ltl.shape import LITERAL, NORMAL
 
 
 def test_formulas_are_immutable() -> None:

@@ -12,23 +12,31 @@ from ltlc.ltl import (
     And,
     Eventually,
     Formula,
+    Historically,
     Iff,
     Implies,
     LassoWord,
     Next,
     Not,
+    Once,
     Or,
     Proposition,
     Release,
+    Since,
     StrongRelease,
+    Triggered,
     Until,
     WeakUntil,
+    WeakYesterday,
     Xor,
+    Yesterday,
+    fold,
 )
 
 UNARY = (Not, Next, Eventually, Always)
 BINARY = (And, Or, Until, Release, WeakUntil, StrongRelease)
 SUGAR = (Implies, Iff, Xor)
+PAST_UNARY = (Yesterday, WeakYesterday, Once, Historically)
 
 
 def random_formula(
@@ -50,6 +58,29 @@ def random_formula(
         random_formula(rng, left, names, sugar=sugar, constants=constants),
         random_formula(rng, size - 1 - left, names, sugar=sugar, constants=constants),
     )
+
+
+def random_past(rng: random.Random, size: int, names: Sequence[str] = ("a", "b", "c")) -> Formula:
+    """A formula about the past and the present, of about `size` nodes."""
+    if size <= 1:
+        return rng.choice((TRUE, FALSE)) if rng.random() < 0.05 else Proposition(rng.choice(names))
+    if size == 2 or rng.random() < 0.5:
+        return rng.choice((Not, *PAST_UNARY))(random_past(rng, size - 1, names))
+    left = rng.randrange(1, size - 1)
+    operator = rng.choice((And, Or, Implies, Iff, Xor, Since, Triggered))
+    return operator(random_past(rng, left, names), random_past(rng, size - 1 - left, names))
+
+
+def random_with_past(rng: random.Random, size: int, names: Sequence[str] = ("a", "b", "c")) -> Formula:
+    """A formula of about `size` nodes, some of whose leaves speak about the past."""
+    leaves = {name: random_past(rng, rng.randint(1, 4), names) for name in ("p", "q", "r")}
+    formula = random_formula(rng, size, (*names, *leaves))
+
+    def replaced(node: Formula, args: list[Formula]) -> Formula:
+        known = leaves.get(node.name) if isinstance(node, Proposition) else None
+        return known or node.with_args(tuple(args))
+
+    return fold(formula, {}, replaced)
 
 
 def random_word(rng: random.Random, names: Sequence[str] = ("a", "b", "c"), longest: int = 4) -> LassoWord:

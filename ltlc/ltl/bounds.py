@@ -1,0 +1,161 @@
+"""Operators with bounds, in the spellings of Spot and PRISM, written out with X.
+
+A bound says at which distances from here an operator looks: `F[2:5] a` is a in two to five steps, `a U<=3 b` is a U b
+where b holds in three steps at most.
+
+References:
+    Alexandre Duret-Lutz, Manipulating LTL formulas using Spot 1.0, ATVA 2013, doi:10.1007/978-3-319-02444-8_31.
+    Marta Kwiatkowska, Gethin Norman and David Parker, PRISM 4.0, CAV 2011, doi:10.1007/978-3-642-22110-1_47.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ltlc.budget import check_time
+from ltlc.ltl.formula import (
+    Always,
+    And,
+    Eventually,
+    Formula,
+    Next,
+    Or,
+    Release,
+    Until,
+)
+from ltlc.ltl.grammar import Placed, Unbuildable, excerpt
+
+MAX_STEPS = 10_000
+"""The largest number in a bound."""
+MAX_WRITTEN_OUT = 1_000_000
+"""A formula with bounds has at most so many operators and names, written out."""
+
+
+class Bound(NamedTuple):
+    """The distances that an operator looks at."""
+
+    first: int
+    last: int | None
+    """None: without end."""
+
+
+def bounded_prefix(operator: Placed, operand: Formula) -> Formula:
+    """The formula of a prefix operator with a bound, such as `F[2:5]`, `G<=3` or `X[4]`.
+
+    Raises:
+        Unbuildable: the bound is empty, too large, or none of this operator.
+    """
+    sign, bound = _split(operator)
+    if sign == "X":
+        if bound.first != bound.last:
+            raise _misfit(operator, "says no single distance", "write X[3] for three steps")
+        _check_size(operator, bound, operand)
+        return _later(bound.first, operand)
+    _check_size(operator, bound, operand)
+    if sign in ("F", "<>"):
+        return _nested(bound, operand, Eventually, lambda rest: Or(operand, rest))
+    return _nested(bound, operand, Always, lambda rest: And(operand, rest))
+
+
+def bounded_infix(left: Formula, operator: Placed, right: Formula) -> Formula:
+    """The formula of a binary operator with a bound, such as `a U[2:5] b` or `a W<=3 b`.
+
+    `a U[m:n] b`: b holds at some distance in the bound, and a at all smaller distances. `R` is its dual, and as without
+    a bound `a W b` is `b R (a | b)` and `a M b` is `b U (a & b)`.
+
+    Raises:
+        Unbuildable: the bound is empty or too large.
+    """
+    sign, bound = _split(operator)
+    _check_size(operator, bound, left, right)
+    if sign == "W":
+        left, right, sign = right, Or(left, right), "R"
+    elif sign == "M":
+        left, right, sign = right, And(left, right), "U"
+    near = Bound(0, None if bound.last is None else bound.last - bound.first)
+    if sign == "U":
+        inner = _nested(near, right, lambda _: Until(left, right), lambda f: Or(right, And(left, f)))
+        return _before(bound.first, inner, lambda f: And(left, Next(f)))
+    inner = _nested(near, right, lambda _: Release(left, right), lambda f: And(right, Or(left, f)))
+    return _before(bound.first, inner, lambda f: Or(left, Next(f)))
+
+
+def _nested(
+    bound: Bound, operand: Formula, unbounded: Callable[[Formula], Formula], again: Callable[[Formula], Formula]
+) -> Formula:
+    """X ... X again(X again(... operand)), or X ... X unbounded(operand)."""
+    if bound.last is None:
+        return _later(bound.first, unbounded(operand))
+    return _later(bound.first, _before(bound.last - bound.first, operand, lambda f: again(Next(f))))
+
+
+def _later(steps: int, formula: Formula) -> Formula:
+    return _before(steps, formula, Next)
+
+
+def _before(steps: int, formula: Formula, step: Callable[[Formula], Formula]) -> Formula:
+    for number in range(steps):
+        if not number & 255:
+            check_time()
+        formula = step(formula)
+    return formula
+
+
+_OPERATOR = re.compile(r"(?P<sign>[XFGURWM]|<>|\[\])\s*(?P<bound>.*)", re.DOTALL)
+_COMPARED = re.compile(r"\[?\s*(?P<relation><=|>=|[<>=^]|)\s*(?P<steps>\d+)\s*\]?")
+_INTERVAL = re.compile(r"\[\s*(?P<first>\d*)\s*(?:,|:|\.\.)\s*(?P<last>\d*|\$|inf|oo|∞)\s*\]")
+
+
+def _split(operator: Placed) -> tuple[str, Bound]:
+    match = _OPERATOR.fullmatch(operator)
+    assert match is not None
+    sign, text = match["sign"], match["bound"]
+    compared, interval = _COMPARED.fullmatch(text), _INTERVAL.fullmatch(text)
+    last: int | None
+    if compared is not None:
+        relation, steps = (
+            compared["relation"] or ("=" if sign == "X" else "?"),
+            int(compared["steps"].lstrip("0")[:_DIGITS] or 0),
+        )
+        if relation == "?":
+            hint = f"write {sign}[0:{excerpt(compared['steps'])}] or {sign}<={excerpt(compared['steps'])}"
+            raise _misfit(operator, "has a bound of one number, which tools read in different ways", hint)
+        first = {"<=": 0, "<": 0, ">=": steps, ">": steps + 1, "=": steps, "^": steps}[relation]
+        last = {"<=": steps, "<": steps - 1, ">=": None, ">": None, "=": steps, "^": steps}[relation]
+    elif interval is not None:
+        first = _number(interval["first"])
+        last = _number(interval["last"]) if interval["last"].isdecimal() else None
+    else:
+        raise _misfit(operator, "has a bound that is not read", f"write {sign}[2:5], {sign}[2:] or {sign}<=5")
+    if last is not None and last < first:
+        raise _misfit(
+            operator, "has an empty bound: no distance is in it", f"write the smaller number first: {sign}[2:5]"
+        )
+    if max(first, last or 0) > MAX_STEPS:
+        raise _misfit(operator, f"looks further than {MAX_STEPS} steps", "take larger steps, or leave the bound out")
+    return sign, Bound(first, last)
+
+
+def _number(digits: str) -> int:
+    return int(digits.lstrip("0")[:_DIGITS] or 0)
+
+
+_DIGITS = 12
+"""digits that are looked at: so large a number is too large."""
+
+
+def _check_size(operator: Placed, bound: Bound, *operands: Formula) -> None:
+    steps = max(bound.first, bound.last or 0) + 1
+    size = sum(operand.size for operand in operands) + 3
+    if steps * size > MAX_WRITTEN_OUT:
+        raise _misfit(
+            operator,
+            f"stands for a formula of more than {MAX_WRITTEN_OUT} operators and names",
+            "nest fewer bounds, or make them smaller",
+        )
+
+
+def _misfit(operator: Placed, what: str, hint: str) -> Unbuildable:
+    return Unbuildable(f"'{excerpt(operator)}' {what}", hint, operator.start)
