@@ -180,10 +180,7 @@ def _prefixed(sign: Placed, operand: Formula, finite: bool) -> Formula:
     )
 
 
-_FINITE = (
-    "words are infinite here, where every position has a next one: write X, or ask for finite traces (finite=True,"
-    " --finite)"
-)
+_FINITE = "words are infinite here, where every position has a next one: write X, or say that traces are finite"
 
 
 def _infixed(left: Formula, sign: Placed, right: Formula) -> Formula:

@@ -15,10 +15,7 @@ PUT = 'put an operator such as & | -> U between two formulas, and quote a name w
 WORD = "a word reads: a; b & !c; cycle{d; !d}"
 EMPTY = "write 1 for a letter in which nothing holds: cycle{1}"
 PAST = "write the formula so that operators of the past stand over the past and the present alone"
-FINITE = (
-    "words are infinite here, where every position has a next one: write X, or ask for finite traces (finite=True,"
-    " --finite)"
-)
+FINITE = "words are infinite here, where every position has a next one: write X, or say that traces are finite"
 
 # text, line, column, message, hint
 FORMULAS = [
