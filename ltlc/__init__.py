@@ -19,7 +19,7 @@ if not _Path(__path__[0], "grammars").is_dir():
 from ltlc.version import __version__
 
 if TYPE_CHECKING:
-    from ltlc.automata import DRA
+    from ltlc.automata import DFA, DRA
     from ltlc.compiler import compile, load
     from ltlc.envs import LTLVectorWrapper, LTLWrapper
     from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ltlc.task import Task
 
 __all__ = [
+    "DFA",
     "DRA",
     "Formula",
     "Judge",
@@ -49,6 +50,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "DFA": "ltlc.automata",
     "DRA": "ltlc.automata",
     "Formula": "ltlc.ltl",
     "Judge": "ltlc.mdp",

@@ -6,14 +6,15 @@ import os
 from collections.abc import MutableMapping
 from dataclasses import replace
 from itertools import islice
+from typing import Literal, overload
 
 from ltlc import formats
-from ltlc.automata import DRA
+from ltlc.automata import DFA, DRA
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
-from ltlc.translate import Effort, Options, translate
+from ltlc.translate import Effort, Options, translate, translate_finite
 
 MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
@@ -22,22 +23,49 @@ MAX_SUBFORMULAS = 200_000
 Cache = MutableMapping[tuple[Formula, Options], DRA]
 
 
+@overload
 def compile(
     formula_or_text: Formula | str,
     *,
+    finite: Literal[False] = False,
     acceptance: AcceptanceKind = "state",
     translator: str = "auto",
     effort: Effort = "default",
     max_states: int = MAX_STATES,
     timeout: float | None = None,
     cache: Cache | None = None,
-) -> DRA:
+) -> DRA: ...
+
+
+@overload
+def compile(
+    formula_or_text: Formula | str,
+    *,
+    finite: Literal[True],
+    max_states: int = MAX_STATES,
+    timeout: float | None = None,
+) -> DFA: ...
+
+
+def compile(
+    formula_or_text: Formula | str,
+    *,
+    finite: bool = False,
+    acceptance: AcceptanceKind = "state",
+    translator: str = "auto",
+    effort: Effort = "default",
+    max_states: int = MAX_STATES,
+    timeout: float | None = None,
+    cache: Cache | None = None,
+) -> DRA | DFA:
     """Translate an LTL formula into a small deterministic Rabin automaton for the same words.
 
     The result depends on the arguments alone: the same formula gives the same numbering on every run and system.
 
     Args:
         formula_or_text: a formula, or text for `ltlc.parse`.
+        finite: whether the formula is about finite traces. Then the result is the smallest deterministic automaton for
+            them, an `ltlc.DFA`, and the arguments `acceptance`, `translator`, `effort` and `cache` are without effect.
         acceptance: whether marks sit on states or on transitions; the latter can need fewer states.
         translator: a name from `ltlc.translate.TRANSLATORS`, or "auto" for the smallest result of several.
         effort: "fast", "default" or "best"; the last searches by SAT for the smallest automaton there is, and needs
@@ -58,12 +86,17 @@ def compile(
         >>> dra = compile("F goal & G !trap")
         >>> dra.accepts(prefix=[[], ["goal"]], cycle=[[]])
         True
+        >>> compile("F goal & last", finite=True).accepts([["goal"]])
+        True
     """
     options = Options(acceptance, translator, effort, max_states, timeout).checked()
     if cache is not None:
         check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):
-        formula = as_formula(formula_or_text)
+        formula = as_formula(formula_or_text, finite=finite)
+        if finite:
+            check_size(formula)
+            return translate_finite(formula, max_states=options.max_states)
         shape, names = canonical_propositions(formula)
         text = str(formula)
         known = None if cache is None else cache.get((shape, options))
@@ -74,10 +107,18 @@ def compile(
         return replace(known, aps=names, formula=text)
 
 
-def as_formula(formula_or_text: Formula | str) -> Formula:
+def as_formula(formula_or_text: Formula | str, *, finite: bool = False) -> Formula:
     """What an argument means: a formula, or text to parse."""
     check_type(formula_or_text, (Formula, str), "the formula", "a text, or what parse returns")
-    return parse(formula_or_text) if isinstance(formula_or_text, str) else formula_or_text
+    return parse(formula_or_text, finite=finite) if isinstance(formula_or_text, str) else formula_or_text
+
+
+def check_size(formula: Formula) -> None:
+    """Raise DepthLimitExceeded if the formula has more than `MAX_SUBFORMULAS` different subformulas."""
+    if sum(1 for _ in islice(postorder(formula), MAX_SUBFORMULAS + 1)) > MAX_SUBFORMULAS:
+        raise DepthLimitExceeded(
+            f"the formula has more than {MAX_SUBFORMULAS} different subformulas: split it into several formulas"
+        )
 
 
 def canonical_propositions(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
@@ -86,10 +127,7 @@ def canonical_propositions(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
     Raises:
         DepthLimitExceeded: the formula has more than `MAX_SUBFORMULAS` different subformulas.
     """
-    if sum(1 for _ in islice(postorder(formula), MAX_SUBFORMULAS + 1)) > MAX_SUBFORMULAS:
-        raise DepthLimitExceeded(
-            f"the formula has more than {MAX_SUBFORMULAS} different subformulas: split it into several formulas"
-        )
+    check_size(formula)
     names = propositions(formula)
     renamed = {name: Proposition(f"p{i}") for i, name in enumerate(names)}
 
@@ -99,8 +137,10 @@ def canonical_propositions(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
     return fold(formula, {}, rename), names
 
 
-def load(path: str | os.PathLike[str]) -> DRA:
+def load(path: str | os.PathLike[str]) -> DRA | DFA:
     """Read an automaton from a .json or .hoa file; with another suffix the content decides.
+
+    A file of an automaton over finite traces gives an `ltlc.DFA`.
 
     Raises:
         FileFormatError: the content is not what the suffix promises; says where.

@@ -7,7 +7,8 @@ import warnings
 
 import numpy as np
 
-from ltlc.automata import DRA
+from ltlc.automata import DFA, DRA
+from ltlc.automata.finite import Goal
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, check_type
@@ -19,7 +20,7 @@ class Task:
     """What an agent is to learn: a formula as an automaton with reward tables.
 
     Attributes:
-        automaton: the deterministic Rabin automaton.
+        automaton: the deterministic Rabin automaton; of a formula about finite traces, that of its goal.
         scheme: the reward scheme.
         on_deadlock: see below; None: what the scheme says.
         on_termination: see below.
@@ -28,7 +29,9 @@ class Task:
         formula: text of the formula, or None for an automaton of unknown origin.
 
     Args:
-        formula: a formula, its text, or a Rabin automaton.
+        formula: a formula, its text, or an automaton.
+        finite: whether the formula is about finite traces; an automaton says itself what it is about.
+        goal: when a formula about finite traces is satisfied: "reach", as soon as the trace so far satisfies it.
         reward: a scheme, or its name in `ltlc.rewards.SCHEMES`; by default `ltlc.rewards.RECOMMENDED`.
         shaping: potential of an accepting cycle for shaping by distance to acceptance, if `reward` is a name; 0: none.
         on_deadlock: what follows a violation: "stay", "initial" or "terminate"; by default what the scheme says.
@@ -52,13 +55,17 @@ class Task:
         >>> task = Task("F goal & G !hole", reward="zeta-discount")
         >>> task.automaton.aps
         ('goal', 'hole')
+        >>> Task("G !hole & F(goal & last)", finite=True).automaton.n_states
+        3
     """
 
     def __init__(
         self,
-        formula: Formula | str | DRA,
+        formula: Formula | str | DRA | DFA,
         reward: str | RewardScheme = RECOMMENDED,
         *,
+        finite: bool = False,
+        goal: Goal = "reach",
         shaping: float = 0.0,
         on_deadlock: OnDeadlock | None = None,
         on_termination: OnTermination = "repeat",
@@ -66,8 +73,15 @@ class Task:
         acceptance: AcceptanceKind = "state",
         translator: str = "auto",
     ) -> None:
+        check_type(goal, str, "goal", "'reach'")
+        if goal != "reach":
+            raise InvalidArgumentError(f"goal is {goal!r}; it can be 'reach'")
         if isinstance(formula, DRA):
             automaton = formula
+        elif isinstance(formula, DFA):
+            automaton = formula.reached()
+        elif finite:
+            automaton = compile(formula, finite=True).reached()
         else:
             automaton = compile(formula, acceptance=acceptance, translator=translator)
         if not isinstance(reward, str) and shaping:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ltlc.automata import DFA
 from ltlc.envs import DrawnEnv
 from ltlc.errors import InvalidArgumentError
 from ltlc.ltl import parse
@@ -58,7 +59,7 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
     spec, formula = run.config.env_spec, run.task.formula
     if spec.model is None:
         raise InvalidArgumentError(f"the dynamics of {spec.env} are not known, so there is no Markov chain to write")
-    if formula is None:
+    if formula is None or run.task.automaton.translator == DFA.translator:
         raise InvalidArgumentError("the automaton of the run has no formula that another program could check")
     sure, origin = with_sure_labels(spec.model)
     judge = Judge(sure, run.task, initial_label=spec.initial_label)

@@ -27,7 +27,7 @@ import numpy as np
 
 from ltlc import formats
 from ltlc.atomic import atomic_write, atomic_write_all
-from ltlc.automata import DRA
+from ltlc.automata import DFA, DRA
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, MissingProgramError
 from ltlc.faithful import Shortfall, shortfall
@@ -131,6 +131,7 @@ class RunFolder:
             automaton = formats.read(folder / AUTOMATON_FILE)
         except FileNotFoundError as error:
             raise FileFormatError(f"{folder / AUTOMATON_FILE} is missing; the run cannot be used without it") from error
+        automaton = automaton.reached() if isinstance(automaton, DFA) else automaton
         try:
             run = cls(folder, config, automaton)
         except InvalidArgumentError as error:

@@ -1,4 +1,4 @@
-"""Automata over infinite words: letters and guards, the deterministic Rabin automaton, and exact decisions on it.
+"""Automata over infinite words and finite traces: letters and guards, DRA and DFA, and exact decisions on them.
 
 Examples: docs/examples.md.
 """
@@ -9,6 +9,7 @@ from ltlc.automata.buchi import BuchiAutomaton
 from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import counterexample, equivalent, included, is_empty
 from ltlc.automata.emerson_lei import LetterEdge
+from ltlc.automata.finite import DFA
 from ltlc.automata.languages import equivalent_states
 from ltlc.automata.marks import buchi_edges, simplify_marks
 from ltlc.automata.pair_choice import limit_deterministic
@@ -18,6 +19,7 @@ from ltlc.automata.refinement import Refinement
 from ltlc.automata.transition_based import to_transition_based
 
 __all__ = [
+    "DFA",
     "DRA",
     "Alphabet",
     "Annotations",

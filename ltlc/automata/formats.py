@@ -10,10 +10,11 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.registry import Registry, import_object
 
 if TYPE_CHECKING:
+    from ltlc.automata.finite import DFA
     from ltlc.automata.rabin import DRA
 
 Writer = Callable[["DRA"], str | bytes]
-Reader = Callable[[str], "DRA"]
+Reader = Callable[[str], "DRA | DFA"]
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class Format:
         name: by which the command line knows it.
         suffixes: of files, in lower case, such as ".hoa".
         help: one sentence: what it is, and what for.
-        writer: returns the content of a file for an automaton, or the text `module:function` of what does.
+        writer: returns the content of a file for an automaton, or the text `module:function` of what does. It is given
+            `ltlc.DFA`, too, which has the tables of a state-based automaton with one pair.
         reader: returns the automaton of a content, or raises FileFormatError; None where nothing reads it back.
         begins: what a content begins with, after blanks, so that it is recognised under any name.
 
@@ -40,13 +42,13 @@ class Format:
     reader: Reader | str | None = None
     begins: tuple[str, ...] = ()
 
-    def write(self, automaton: DRA) -> bytes:
+    def write(self, automaton: DRA | DFA) -> bytes:
         """The content of a file; text is UTF-8."""
         writer = self._imported(self.writer)
         content: str | bytes = writer(automaton)
         return content.encode("utf-8") if isinstance(content, str) else content
 
-    def read(self, text: str) -> DRA:
+    def read(self, text: str) -> DRA | DFA:
         """The automaton of a content.
 
         Raises:
@@ -56,7 +58,7 @@ class Format:
         if self.reader is None:
             known = " and ".join(name for name, form in FORMATS.items() if form.reader is not None)
             raise InvalidArgumentError(f"nothing reads the format {self.name!r}; {known} are read")
-        automaton: DRA = self._imported(self.reader)(text)
+        automaton: DRA | DFA = self._imported(self.reader)(text)
         return automaton
 
     def _imported(self, function: Any) -> Any:

@@ -26,11 +26,6 @@ class Output(ABC):
     def n_states(self) -> int:
         """Number of states."""
 
-    @property
-    @abstractmethod
-    def n_pairs(self) -> int:
-        """Number of Rabin pairs."""
-
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write to a file whose suffix says the format: .json .hoa .dot .mmd .md .svg .png .pdf or any in `FORMATS`.
 
@@ -84,11 +79,11 @@ class Output(ABC):
 
     @property
     def size(self) -> str:
-        """Size and kind for a reader, e.g. "5 states, 1 pair, state-based"."""
+        """Size for a reader, e.g. "5 states"; automata add what else there is to count."""
         states = "1 state" if self.n_states == 1 else f"{self.n_states} states"
-        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
-        return f"{states}, {pairs}, {self.acceptance}-based"
+        return states
 
     def __repr__(self) -> str:
         formula = self.formula or "an unnamed language"
-        return f"<DRA of {formula if len(formula) <= 80 else formula[:77] + '...'}: {self.size}>"
+        kind = type(self).__name__
+        return f"<{kind} of {formula if len(formula) <= 80 else formula[:77] + '...'}: {self.size}>"

@@ -234,6 +234,12 @@ class DRA(Output):
     def _ap_bit(self) -> dict[str, int]:
         return {name: 1 << i for i, name in enumerate(self.aps)}
 
+    @property
+    def size(self) -> str:
+        """Size and kind for a reader, e.g. "5 states, 1 pair, state-based"."""
+        pairs = "1 pair" if self.n_pairs == 1 else f"{self.n_pairs} pairs"
+        return f"{super().size}, {pairs}, {self.acceptance}-based"
+
     def letter(self, propositions: Iterable[str]) -> int:
         """The bitmask of a set of proposition names.
 

@@ -13,8 +13,8 @@ from ltlc.cli.inputs import formula_text, given_automaton
 from ltlc.cli.messages import complain
 
 if TYPE_CHECKING:
-    from ltlc.automata import DRA
-    from ltlc.ltl import Formula, LassoWord
+    from ltlc.automata import DFA, DRA
+    from ltlc.ltl import Formula, LassoWord, Letter
 
 
 def check(
@@ -25,12 +25,14 @@ def check(
             "--word", "-w", metavar="WORD", help="Letters and a cycle, as in 'a; b & c; cycle{!a}'. May be repeated."
         ),
     ],
+    finite: flags.Finite = False,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
 ) -> None:
-    """Decide whether infinite words satisfy a formula or are accepted by an automaton.
+    """Decide whether words satisfy a formula or are accepted by an automaton.
 
-    A letter lists what holds, joined by &; what it leaves out does not hold.
+    Words are infinite, and with --finite, or an automaton over finite traces,
+    finite. A letter lists what holds, joined by &; what it leaves out does not hold.
     A formula is judged by its definition, an automaton by its run. The exit
     code is 0 if every word is accepted, and 1 if one is rejected.
 
@@ -38,25 +40,29 @@ def check(
     Examples:
       ltlc check "G(a -> F b)" --word "a; b; cycle{!a}"
       ltlc check dra.json -w "cycle{goal}" -w "trap; cycle{goal}"
+      ltlc check --finite "F a" --word "b; a"
     """
+    from ltlc.automata import DFA
     from ltlc.budget import time_limit
-    from ltlc.ltl import Formula, Proposition, parse, parse_word, propositions
+    from ltlc.ltl import Formula, LassoWord, Proposition, parse, parse_trace, parse_word, propositions
     from ltlc.translate import Options
 
     Options(timeout=timeout).checked()
     with time_limit(source, timeout):
         given = given_automaton(source)
-        subject = parse(given) if isinstance(given, str) else given
+        subject = parse(given, finite=finite) if isinstance(given, str) else given
+        finite = finite if isinstance(subject, Formula) else isinstance(subject, DFA)
         known = propositions(subject) if isinstance(subject, Formula) else subject.aps
         verdicts = []
         for argument in word:
             text = formula_text(argument)
-            lasso = parse_word(text)
-            strange = {name for letter in lasso.letters for name in letter} - set(known)
+            read = parse_trace(text) if finite else parse_word(text)
+            letters = read.letters if isinstance(read, LassoWord) else read
+            strange = {name for letter in letters for name in letter} - set(known)
             if strange:
                 names = ", ".join(str(Proposition(name)) for name in sorted(strange))
                 complain(f"warning: nothing in {source} depends on {names}")
-            verdicts.append((" ".join(text.split()), *_judge(subject, lasso, known)))
+            verdicts.append((" ".join(text.split()), *_judge(subject, read, known)))
     if json_:
         entries = [dict(zip(("word", "accepted", "violated"), verdict, strict=True)) for verdict in verdicts]
         print(json.dumps(entries, ensure_ascii=False, indent=2))
@@ -68,13 +74,23 @@ def check(
         raise typer.Exit(1)
 
 
-def _judge(subject: Formula | DRA, word: LassoWord, known: Sequence[str]) -> tuple[bool, list[str]]:
+def _judge(
+    subject: Formula | DRA | DFA, word: LassoWord | tuple[Letter, ...], known: Sequence[str]
+) -> tuple[bool, list[str]]:
     """Whether the word is accepted; and if a conjunction is not satisfied, which of its parts are not."""
-    from ltlc.ltl import And, Formula, satisfies
+    from ltlc.automata import DFA
+    from ltlc.ltl import And, Formula, LassoWord, satisfies, satisfies_trace
 
     if isinstance(subject, Formula):
         parts = subject.args if isinstance(subject, And) else (subject,)
-        violated = [str(part) for part in parts if not satisfies(part, word)]
+        holds = [
+            satisfies(part, word) if isinstance(word, LassoWord) else satisfies_trace(part, word) for part in parts
+        ]
+        violated = [str(part) for part, held in zip(parts, holds, strict=True) if not held]
         return not violated, violated if len(parts) > 1 else []
+    if isinstance(subject, DFA):
+        assert not isinstance(word, LassoWord)
+        return subject.accepts([letter & set(known) for letter in word]), []
+    assert isinstance(word, LassoWord)
     prefix, cycle = ([letter & set(known) for letter in letters] for letters in (word.prefix, word.cycle))
     return subject.accepts(prefix, cycle), []

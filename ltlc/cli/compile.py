@@ -16,7 +16,7 @@ from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.automata import DRA
+    from ltlc.automata import DFA, DRA
 
 
 def compile_(
@@ -42,6 +42,7 @@ def compile_(
             autocompletion=flags.names_of("formats"),
         ),
     ] = None,
+    finite: flags.Finite = False,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     effort: flags.Effort = "default",
@@ -51,7 +52,8 @@ def compile_(
 ) -> None:
     """Compile an LTL formula into a deterministic Rabin automaton.
 
-    Without -o and --format a summary is printed.
+    With --finite the formula is about finite traces, and the result is the
+    smallest deterministic automaton for them. Without -o and --format a summary is printed.
 
     With -F the automata are written as a stream of HOA, in the order of the
     formulas; a line that fails is reported with its number, the rest goes on,
@@ -65,6 +67,7 @@ def compile_(
       ltlc compile "G(request -> F grant)" --format hoa
       ltlc compile -F formulas.txt --acceptance transition > automata.hoa
       echo "GF a -> GF b" | ltlc compile - --json
+      ltlc compile --finite "G(a -> WX b) & F last" -o dfa.svg
     """
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.compiler import compile
@@ -73,7 +76,9 @@ def compile_(
 
     options = Options(acceptance, translator, effort, max_states, timeout)
 
-    def translated(text: str) -> DRA:
+    def translated(text: str) -> DRA | DFA:
+        if finite:
+            return compile(text, finite=True, max_states=max_states, timeout=timeout)
         return compile(text, **options._asdict())
 
     targets = output or (["-"] if form else [])
@@ -99,7 +104,7 @@ def compile_(
     raise typer.Exit(compile_file(formulas, translated, targets, json_, timeout))
 
 
-def _one(dra: DRA, targets: list[str], form: str, json_: bool) -> None:
+def _one(dra: DRA | DFA, targets: list[str], form: str, json_: bool) -> None:
     write_targets(dra, targets, form)
     if json_:
         print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))

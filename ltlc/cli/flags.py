@@ -95,6 +95,7 @@ Acceptance = Annotated[
     Literal["state", "transition"],
     typer.Option("--acceptance", "-a", help="Put the marks of the pairs on states or on transitions."),
 ]
+Finite = Annotated[bool, typer.Option("--finite", help="Read the formula as one about finite traces (LTLf).")]
 MaxStates = Annotated[
     int,
     typer.Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),

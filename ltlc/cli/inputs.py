@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ltlc.automata import DRA
+    from ltlc.automata import DFA, DRA
 
 
 def formula_text(argument: str) -> str:
@@ -28,7 +28,7 @@ def standard_input() -> Iterator[str]:
         raise OSError(error.errno, error.strerror, "standard input") from error
 
 
-def given_automaton(source: str) -> DRA | str:
+def given_automaton(source: str) -> DRA | DFA | str:
     """The automaton in a file, or on standard input; or the text itself, where it is a formula."""
     from ltlc.automata.formats import format_of_content, format_of_suffix
     from ltlc.compiler import load

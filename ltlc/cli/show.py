@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,10 +14,15 @@ from ltlc.cli.outputs import Output, check_targets, write_targets
 from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
+if TYPE_CHECKING:
+    from ltlc.automata import DFA, DRA
+    from ltlc.translate import Options
+
 
 def show(
     source: Annotated[str, typer.Argument(metavar="SOURCE", help="A .json or .hoa file, a formula, or - to read one.")],
     output: Output = None,
+    finite: flags.Finite = False,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     max_states: flags.MaxStates = MAX_STATES,
@@ -36,7 +41,6 @@ def show(
       ltlc show "GF a -> GF b" --acceptance transition
     """
     from ltlc.budget import Overtime, overtime, time_limit
-    from ltlc.compiler import compile
     from ltlc.translate import Options
 
     targets = output or []
@@ -47,10 +51,18 @@ def show(
     with time_limit(source, timeout):
         dra = given_automaton(source)
         if isinstance(dra, str):
-            dra = compile(dra, **options._asdict())
+            dra = _compiled(dra, options, finite)
         with overtime(Overtime.WRITE):
             write_targets(dra, targets)
             if json_:
                 print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))
             elif "-" not in targets:
                 print_summary(dra)
+
+
+def _compiled(text: str, options: Options, finite: bool) -> DRA | DFA:
+    from ltlc.compiler import compile
+
+    if finite:
+        return compile(text, finite=True, max_states=options.max_states, timeout=options.timeout)
+    return compile(text, **options._asdict())

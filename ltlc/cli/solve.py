@@ -35,6 +35,7 @@ def solve(
     ] = None,
     on_deadlock: spec.OnDeadlock = None,
     on_termination: spec.OnTermination = "repeat",
+    finite: flags.Finite = False,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -72,7 +73,7 @@ def solve(
     reward = reward or RECOMMENDED
     parameters = spec.parameters_of(set_, reward) | ({} if gamma is None else {"gamma": gamma})
     scheme = get_scheme(reward, **parameters)
-    automaton = spec.automaton_of(formula, acceptance, translator)
+    automaton = spec.automaton_of(formula, acceptance, translator, finite)
     task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
     env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
     if env_spec.model is None:
@@ -102,10 +103,11 @@ def solve(
 
 
 def _export(folder: str, env_spec: EnvSpec, task: Task) -> Exported:
+    from ltlc.automata import DFA
     from ltlc.ltl import parse
     from ltlc.prism import export_checkable
 
-    if task.formula is None or env_spec.model is None:
+    if task.formula is None or env_spec.model is None or task.automaton.translator == DFA.translator:
         raise InvalidArgumentError("--prism: the automaton has no formula that another program could check")
     return export_checkable(env_spec.model, parse(task.formula), folder, "model", initial_label=env_spec.initial_label)
 

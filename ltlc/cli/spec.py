@@ -82,12 +82,17 @@ def parameters_of(texts: Sequence[str] | None, reward: str, option: str = "--set
     return assignments(texts, option, {"shaping": float} | kinds_of(SCHEMES[reward]))
 
 
-def automaton_of(source: str, acceptance: Literal["state", "transition"], translator: str) -> DRA:
-    """The automaton in a file, or compiled from a formula."""
+def automaton_of(source: str, acceptance: Literal["state", "transition"], translator: str, finite: bool = False) -> DRA:
+    """The automaton in a file, or compiled from a formula; one over finite traces as that of reaching their goal."""
+    from ltlc.automata import DFA
     from ltlc.compiler import compile
 
     given = given_automaton(source)
-    return compile(given, acceptance=acceptance, translator=translator) if isinstance(given, str) else given
+    if isinstance(given, str):
+        if not finite:
+            return compile(given, acceptance=acceptance, translator=translator)
+        given = compile(given, finite=True)
+    return given.reached() if isinstance(given, DFA) else given
 
 
 def env_spec_of(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ltlc.automata import DFA
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -13,8 +15,21 @@ ROWS = 60
 """States listed on a terminal; a longer list is better read by a program."""
 
 
-def as_data(dra: DRA) -> dict[str, Any]:
+def as_data(dra: DRA | DFA) -> dict[str, Any]:
     """The summary as JSON values; states by number, transitions as [state, letter class]."""
+    if isinstance(dra, DFA):
+        return {
+            "formula": dra.formula,
+            "words": "finite",
+            "aps": list(dra.aps),
+            "n_states": dra.n_states,
+            "n_classes": dra.n_classes,
+            "initial_state": dra.initial_state,
+            "accepting": [q for q, accepts in enumerate(dra.accepting.tolist()) if accepts],
+            "deadlocks": list(dra.deadlocks),
+            "accepting_sinks": list(dra.accepting_sinks),
+            "distance": dra.annotations.distance.tolist(),
+        }
     notes = dra.annotations
     return {
         "formula": dra.formula,
@@ -38,7 +53,7 @@ def _plain(entry: int | tuple[int, int]) -> Any:
     return list(entry) if isinstance(entry, tuple) else entry
 
 
-def _hierarchy_class(dra: DRA) -> str | None:
+def _hierarchy_class(dra: DRA | DFA) -> str | None:
     from ltlc.errors import LtlcError
     from ltlc.ltl import classify, parse
 
@@ -48,7 +63,7 @@ def _hierarchy_class(dra: DRA) -> str | None:
         return None
 
 
-def print_summary(dra: DRA) -> None:
+def print_summary(dra: DRA | DFA) -> None:
     """Print the summary to standard output: what it is, then a row per state."""
     from rich.console import Console
     from rich.text import Text
@@ -61,7 +76,7 @@ def print_summary(dra: DRA) -> None:
         console.print(f"... and {dra.n_states - ROWS} more states; --json lists them all")
 
 
-def _facts(dra: DRA) -> Table:
+def _facts(dra: DRA | DFA) -> Table:
     from rich.table import Table
     from rich.text import Text
 
@@ -70,13 +85,15 @@ def _facts(dra: DRA) -> Table:
     def listed(states: tuple[int, ...], meaning: str) -> str:
         return f"{' '.join(map(str, states))}  ({meaning})" if states else "none"
 
+    is_finite = isinstance(dra, DFA)
+    kind = "deterministic" if is_finite else "deterministic Rabin"
     facts = {
-        "automaton": f"deterministic Rabin, {dra.size}",
+        "automaton": f"{kind}, {dra.size}",
         "propositions": " ".join(str(Proposition(name)) for name in dra.aps) or "none",
         "letters": f"{2 ** len(dra.aps)}, of which it tells {dra.n_classes} apart",
-        "class": _hierarchy_class(dra) or "unknown",
+        "class": "formula about finite traces" if is_finite else _hierarchy_class(dra) or "unknown",
         "translator": dra.translator or "unknown",
-        "accepted runs": _condition(dra.n_pairs),
+        "accepted runs": "end in a state with +0" if is_finite else _condition(dra.n_pairs),
         "deadlocks": listed(dra.deadlocks, "nothing is accepted any more"),
         "accepting sinks": listed(dra.accepting_sinks, "everything is accepted"),
     }
@@ -96,19 +113,25 @@ def _condition(n_pairs: int) -> str:
     return f"see +{which} infinitely often and −{which} only finitely often{some}"
 
 
-def _states(dra: DRA) -> Table:
+def _states(dra: DRA | DFA) -> Table:
     """A row per state: what it is, how far from acceptance, and where each guard leads."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
-    from ltlc.automata import guard_text
+    from ltlc.automata import Annotations, guard_text
     from ltlc.formats.edges import edges, state_marks
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for heading in ("state", "marks", "component", "distance", "letters and next state"):
         table.add_column(heading, justify="right" if heading in ("state", "distance") else "left")
     notes = dra.annotations
+
+    def component(state: int) -> str:
+        if isinstance(notes, Annotations):
+            return f"{notes.scc[state]} {notes.scc_kinds[notes.scc[state]]}"
+        return ""
+
     rows: list[list[str]] = [[] for _ in range(dra.n_states)]
     for edge in edges(dra):
         rows[edge.source].append(f"{guard_text(dra, edge.classes)} → {edge.target}{_marks(edge.fin, edge.inf)}")
@@ -117,7 +140,7 @@ def _states(dra: DRA) -> Table:
         table.add_row(
             f"{'→ ' if state == dra.initial_state else ''}{state}",
             _marks(*state_marks(dra, state)).strip(),
-            f"{notes.scc[state]} {notes.scc_kinds[notes.scc[state]]}",
+            component(state),
             str(notes.distance[state]) if notes.distance[state] >= 0 else "∞",
             Text("\n".join(leads)),
             style=style,

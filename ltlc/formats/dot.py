@@ -11,6 +11,7 @@ from __future__ import annotations
 from html import escape
 
 from ltlc.automata.alphabet import guard_text
+from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import LabelledEdge, arrows, hidden_states, state_marks
@@ -30,7 +31,7 @@ _MAX_STATES_SIDEWAYS = 12
 _LONG_NAME = 4
 
 
-def to_dot(automaton: DRA, *, hide_deadlock: bool = False) -> str:
+def to_dot(automaton: DRA | DFA, *, hide_deadlock: bool = False) -> str:
     """The automaton in the DOT language, with its formula as title and a legend.
 
     Args:
@@ -42,7 +43,7 @@ def to_dot(automaton: DRA, *, hide_deadlock: bool = False) -> str:
 
 
 class _Drawing:
-    def __init__(self, automaton: DRA, hide_deadlock: bool) -> None:
+    def __init__(self, automaton: DRA | DFA, hide_deadlock: bool) -> None:
         self.automaton = automaton
         self.hidden = hidden_states(automaton, hide_deadlock)
         # A pair whose inf is everywhere asks for fin alone, and is drawn so.
@@ -123,14 +124,17 @@ class _Drawing:
         # What stands around a large drawing has to be read at the same distance as the whole of it.
         scale = min(4.0, max(1.0, (self.n_shown / _MAX_STATES_SIDEWAYS) ** 0.75))
         formula = self.automaton.formula
-        title = _lines("deterministic Rabin automaton" if formula is None else formula, _TITLE_WIDTH)
+        kind = "automaton over finite traces" if isinstance(self.automaton, DFA) else "deterministic Rabin automaton"
+        title = _lines(kind if formula is None else formula, _TITLE_WIDTH)
         legend = (f'<FONT COLOR="{_FAINT_INK}">{_sized(line, 11 * scale)}</FONT>' for line in self._legend())
         return "<BR/>".join([_sized(title, 15 * scale), _sized(" ", 4), *legend, _sized(" ", 11)])
 
     def _legend(self) -> list[str]:
         automaton = self.automaton
         lines = []
-        for i in range(automaton.n_pairs):
+        if isinstance(automaton, DFA):
+            lines.append(f'accepted iff a trace ends in a state with <FONT COLOR="{_color(0)}"><B>+0</B></FONT>')
+        for i in range(0 if isinstance(automaton, DFA) else automaton.n_pairs):
             wanted = []
             if i not in self.fin_only:
                 wanted.append(f'<FONT COLOR="{_color(i)}"><B>+{i}</B></FONT> infinitely often')

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.alphabet import letter_classes, truth_column
+from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
@@ -37,7 +38,7 @@ class LabelledEdge(NamedTuple):
     inf: tuple[int, ...]
 
 
-def edges(automaton: DRA) -> list[LabelledEdge]:
+def edges(automaton: DRA | DFA) -> list[LabelledEdge]:
     """Parallel transitions merged, ordered by source, then by the smallest letter.
 
     The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
@@ -56,19 +57,19 @@ def edges(automaton: DRA) -> list[LabelledEdge]:
     return result
 
 
-def state_marks(automaton: DRA, state: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def state_marks(automaton: DRA | DFA, state: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """The pairs whose fin, and those whose inf, contain the state; empty where acceptance is on transitions."""
     if automaton.acceptance == "transition":
         return (), ()
     return _indices(automaton.fin[:, state]), _indices(automaton.inf[:, state])
 
 
-def hidden_states(automaton: DRA, hide_deadlock: bool) -> set[int]:
+def hidden_states(automaton: DRA | DFA, hide_deadlock: bool) -> set[int]:
     """The deadlock states, if they are not to be drawn; an initial state always is."""
     return set(automaton.deadlocks) - {automaton.initial_state} if hide_deadlock else set()
 
 
-def arrows(automaton: DRA, hidden: Collection[int]) -> dict[tuple[int, int], list[LabelledEdge]]:
+def arrows(automaton: DRA | DFA, hidden: Collection[int]) -> dict[tuple[int, int], list[LabelledEdge]]:
     """The edges of a drawing by source and target: one arrow each, as parallel ones would hide each other."""
     result: dict[tuple[int, int], list[LabelledEdge]] = {}
     for edge in edges(automaton):

@@ -7,13 +7,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
+from ltlc.automata.finite import DFA
 from ltlc.automata.formats import FORMATS, Format, format_of_content, format_of_suffix, suffixes
 from ltlc.automata.rabin import DRA
 from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError, check_type
 from ltlc.formats.picture import PICTURES, drawn
 
 
-def write(automaton: DRA, path: str | os.PathLike[str]) -> Path:
+def write(automaton: DRA | DFA, path: str | os.PathLike[str]) -> Path:
     """Write the automaton in the format that the suffix of the path names; all or nothing.
 
     Known are the suffixes of all formats of `FORMATS`: .json and .hoa, which `read` reads back; .dot; .mmd (Mermaid)
@@ -32,7 +33,7 @@ def write(automaton: DRA, path: str | os.PathLike[str]) -> Path:
     return Path(path)
 
 
-def write_all(automaton: DRA, paths: Iterable[str | os.PathLike[str]]) -> None:
+def write_all(automaton: DRA | DFA, paths: Iterable[str | os.PathLike[str]]) -> None:
     """Write the automaton to several files, each as `write` does; none takes its place before all are on the disk.
 
     Raises:
@@ -61,7 +62,7 @@ def write_all(automaton: DRA, paths: Iterable[str | os.PathLike[str]]) -> None:
         raise problem
 
 
-def read(path: str | os.PathLike[str]) -> DRA:
+def read(path: str | os.PathLike[str]) -> DRA | DFA:
     """The automaton in a .json or .hoa file, or of another format with a reader; with any other suffix content decides.
 
     Raises:

@@ -7,17 +7,20 @@ References:
 
 from __future__ import annotations
 
+from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import edges, state_marks
 from ltlc.version import __version__
 
 
-def to_hoa(automaton: DRA) -> str:
+def to_hoa(automaton: DRA | DFA) -> str:
     """The automaton in HOA: explicit labels, Fin(2i) & Inf(2i+1) for pair i, marks on states or on transitions.
 
     Every mark of a state is written at the state, every mark of a transition at the transition, so that reading gives
-    the same tables back. The same automaton gives the same bytes.
+    the same tables back. The same automaton gives the same bytes. An automaton over finite traces has the header
+    `Words: finite`, which other tools refuse, since its capital letter says that it changes what is accepted; a trace
+    may then end in the states of Inf(1).
     """
     n_pairs = automaton.n_pairs
     pairs = [f"Fin({2 * i}) & Inf({2 * i + 1})" for i in range(n_pairs)]
@@ -32,6 +35,7 @@ def to_hoa(automaton: DRA) -> str:
         " ".join([f"AP: {len(automaton.aps)}", *map(_string, automaton.aps)]),
         f"acc-name: Rabin {n_pairs}",
         f"Acceptance: {2 * n_pairs} {condition}",
+        *(["Words: finite"] if isinstance(automaton, DFA) else []),
         f"properties: trans-labels explicit-labels {where} deterministic complete",
         "--BODY--",
         *_body(automaton),
@@ -40,7 +44,7 @@ def to_hoa(automaton: DRA) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _body(automaton: DRA) -> list[str]:
+def _body(automaton: DRA | DFA) -> list[str]:
     numbers = [str(i) for i in range(len(automaton.aps))]
     labels: dict[tuple[int, ...], str] = {}
     lines: list[str] = []

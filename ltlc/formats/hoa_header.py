@@ -46,6 +46,8 @@ class HoaHeader:
     acceptance: Token | None = None
     condition: Formula = FALSE
     name: str | None = None
+    finite: bool = False
+    """whether the automaton reads finite traces."""
     claims: dict[str, Token] = field(default_factory=dict)
     """properties, with the place of each."""
 
@@ -80,7 +82,7 @@ class HoaHeader:
             by_kind.setdefault(item.kind, []).append(item)
             if item.kind in _ONCE and len(by_kind[item.kind]) > 1:
                 self.text.fail(item.keyword, f"the header {item.keyword} occurs twice")
-            if item.kind == "other" and item.keyword[0].isupper():
+            if item.kind == "other" and item.keyword[0].isupper() and item.keyword != "Words:":
                 self.text.fail(
                     item.keyword, f"the header {item.keyword} is not known, and it may change what is accepted"
                 )
@@ -145,6 +147,10 @@ class HoaHeader:
             self.claims.setdefault(str(name), name)
 
     def _read_other(self, keyword: Token, *words: Token | None) -> None:
+        if keyword == "Words:":
+            if [str(word) for word in words] != ["finite"]:
+                self.text.fail(keyword, "the header Words: says finite, or nothing and is left out")
+            self.finite = True
         if keyword == "acc-name:" and words and is_misnamed(self.condition, [str(word) for word in words]):
             name = " ".join(map(str, words))
             self.text.fail(keyword, f"the condition in the header Acceptance: is not what is called {name}")

@@ -17,6 +17,7 @@ import numpy as np
 from ltlc.automata.acceptance import NEVER, Acceptance, TooManyClausesError
 from ltlc.automata.alphabet import truth_table
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized
+from ltlc.automata.finite import DFA, from_table
 from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import MAX_STATES, NO_LIMIT, Budget
@@ -35,7 +36,7 @@ _MAX_MARKS = 1 << 24
 """entries of the largest table of an automaton with counters, one for each state, letter class and pair."""
 
 
-def from_hoa(text: str) -> DRA:
+def from_hoa(text: str) -> DRA | DFA:
     """The automaton of an HOA text, which holds exactly one; see `read_hoa_stream`.
 
     Raises:
@@ -52,7 +53,7 @@ def from_hoa(text: str) -> DRA:
     return automaton
 
 
-def read_hoa_stream(source: str | Iterable[str]) -> Iterator[DRA]:
+def read_hoa_stream(source: str | Iterable[str]) -> Iterator[DRA | DFA]:
     """The automata of an HOA stream in order, each as soon as its --END-- has arrived.
 
     The automata must be deterministic. Any acceptance condition over Fin and Inf is turned into Rabin pairs; state
@@ -85,7 +86,7 @@ class _Reader:
         except HoaSyntaxError as error:
             text.fail(error.position, error.message)
 
-    def assembled(self) -> DRA:
+    def assembled(self) -> DRA | DFA:
         header, body = self.header, self.body
         n_states = len(body.places)
         if header.states is not None and int(header.states) != n_states:
@@ -101,14 +102,19 @@ class _Reader:
                 self.text.fail(start, f"there is no state {start}, {n_states} are listed")
         if not header.starts or not n_states:
             self.header.deny("complete", 0, "there is no initial state")
-            return self._empty()
+            return from_table(self._empty()) if header.finite else self._empty()
         complete = self._is_complete()
         automaton = self._completed(n_states, complete)
         evidence = Evidence(n_states, int(header.starts[0]), body.sources, body.targets, body.marks, automaton)
         claim = failing_claim(header.claims, evidence)
         if claim is not None:
             self.text.fail(header.claims[claim], f"`{claim}` does not hold; the file is damaged or wrong")
-        return automaton
+        return self._of_traces(automaton) if header.finite else automaton
+
+    def _of_traces(self, automaton: DRA) -> DFA:
+        if automaton.acceptance != "state" or automaton.n_pairs > 1 or automaton.fin.any():
+            self.text.fail(self.header.acceptance or 0, "finite traces end in states of one Inf set, and no Fin set")
+        return from_table(automaton)
 
     def _is_complete(self) -> bool:
         universe = all_letters(len(self.header.aps))

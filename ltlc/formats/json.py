@@ -15,17 +15,18 @@ from typing import Any
 import numpy as np
 
 from ltlc.automata.alphabet import guard_text
+from ltlc.automata.finite import DFA, from_table
 from ltlc.automata.rabin import DRA, MAX_APS, AcceptanceKind, BoolArray, IntArray
 from ltlc.budget import check_time
 from ltlc.errors import FileFormatError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
 from ltlc.version import __version__
 
-FORMAT = "ltlc-dra"
+FORMAT, FORMAT_OF_TRACES = "ltlc-dra", "ltlc-dfa"
 MAJOR, MINOR = 1, 0
 
 
-def to_json(automaton: DRA) -> str:
+def to_json(automaton: DRA | DFA) -> str:
     """The automaton as JSON text, one line per state, transition and pair; the same automaton gives the same bytes."""
     names = automaton.state_names
     deadlocks, sinks = automaton.deadlocks, automaton.accepting_sinks
@@ -40,8 +41,9 @@ def to_json(automaton: DRA) -> str:
         if q in sinks:
             state["accepting_sink"] = True
         states.append(state)
+    is_finite = isinstance(automaton, DFA)
     head = {
-        "format": FORMAT,
+        "format": FORMAT_OF_TRACES if is_finite else FORMAT,
         "version": f"{MAJOR}.{MINOR}",
         "tool": f"ltlc {__version__}",
         "formula": automaton.formula,
@@ -52,17 +54,21 @@ def to_json(automaton: DRA) -> str:
         "n_states": automaton.n_states,
         "n_pairs": automaton.n_pairs,
     }
+    if is_finite:
+        del head["translator"], head["acceptance"], head["n_pairs"]
     lines = [f"  {_compact(key)}: {_compact(value)}" for key, value in head.items()]
     lines.append(_block("states", states))
     lines.append(_block("transitions", _transitions(automaton)))
-    if automaton.acceptance == "state":
+    if is_finite:
+        lines.append(f'  "accepting": {_compact(np.flatnonzero(automaton.inf[0]).tolist())}')
+    elif not isinstance(automaton, DFA) and automaton.acceptance == "state":
         lines.append(_block("pairs", [{"B": sorted(pair.fin), "G": sorted(pair.inf)} for pair in automaton.pairs]))
     lines.append(f'  "deadlocks": {_compact(list(deadlocks))}')
     lines.append(f'  "accepting_sinks": {_compact(list(sinks))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _transitions(automaton: DRA) -> list[dict[str, Any]]:
+def _transitions(automaton: DRA | DFA) -> list[dict[str, Any]]:
     known: dict[tuple[int, ...], str] = {}
     result = []
     for edge in edges(automaton):
@@ -86,7 +92,7 @@ def _block(key: str, entries: Sequence[object]) -> str:
     return f'  "{key}": [\n{body}\n  ]' if entries else f'  "{key}": []'
 
 
-def from_json(text: str) -> DRA:
+def from_json(text: str) -> DRA | DFA:
     """The automaton a JSON text describes.
 
     Raises:
@@ -95,11 +101,13 @@ def from_json(text: str) -> DRA:
         AlphabetLimitExceeded: it has too many propositions.
     """
     document = _Node(_load(text), "")
-    _check_version(document)
+    is_finite = _check_version(document)
     aps = tuple(item.name() for item in document["aps"].items())
     document["aps"].check(len(set(aps)) == len(aps), "a proposition is listed twice")
     document["aps"].check(len(aps) <= MAX_APS, f"{len(aps)} propositions; at most {MAX_APS} are supported")
-    acceptance: AcceptanceKind = document["acceptance"].one_of("state", "transition")  # type: ignore[assignment]
+    acceptance: AcceptanceKind = "state"
+    if not is_finite:
+        acceptance = document["acceptance"].one_of("state", "transition")  # type: ignore[assignment]
     states = document["states"].items()
     n_states = len(states)
     document["states"].check(n_states > 0, "there is no state")
@@ -115,8 +123,13 @@ def from_json(text: str) -> DRA:
     guards = _guards(transitions, sources, aps)
     _check_complete(document["transitions"], sources, guards, n_states, aps)
     letter_class, edge = tabulate(len(aps), n_states, sources, guards)
-    fin, inf = _read_marks(document, acceptance, transitions, edge)
-    return DRA(
+    if is_finite:
+        inf = np.zeros((1, n_states), dtype=np.bool_)
+        inf[0, [item.index(n_states, "states") for item in document["accepting"].items()]] = True
+        fin = np.zeros_like(inf)
+    else:
+        fin, inf = _read_marks(document, acceptance, transitions, edge)
+    automaton = DRA(
         aps=aps,
         delta=np.array(targets, dtype=np.int32)[edge],
         letter_class=letter_class,
@@ -128,6 +141,7 @@ def from_json(text: str) -> DRA:
         state_names=tuple(state["name"].text() for state in states) if all(named) else None,
         translator=document["translator"].text_or_none() if document.has("translator") else None,
     )
+    return from_table(automaton) if is_finite else automaton
 
 
 def _read_marks(
@@ -248,11 +262,13 @@ def _describe(value: object) -> str:
     return shown if len(shown) <= 40 else shown[:37] + "..."
 
 
-def _check_version(document: _Node) -> None:
+def _check_version(document: _Node) -> bool:
+    """Whether the automaton reads finite traces, if the version can be read."""
     document.check(isinstance(document.value, dict), "expected an object with the key 'format'")
     document.check(document.has("format"), f"not an automaton: the key 'format' is missing, it should be {FORMAT!r}")
     found = document["format"]
-    found.check(found.value == FORMAT, f"expected {FORMAT!r}, found {_describe(found.value)}")
+    known = found.value in (FORMAT, FORMAT_OF_TRACES)
+    found.check(known, f"expected {FORMAT!r}, found {_describe(found.value)}")
     version = document["version"]
     major, dot, minor = version.text().partition(".")
     numbers = [part.isascii() and part.isdigit() and len(part) <= 6 for part in (major, minor)]
@@ -263,6 +279,7 @@ def _check_version(document: _Node) -> None:
         "Update ltlc, or write the file with an older one.",
     )
     version.check(int(major) == MAJOR, f"there is no version {version.value}; the first one is 1.0")
+    return bool(found.value == FORMAT_OF_TRACES)
 
 
 def _guards(transitions: list[_Node], sources: list[int], aps: tuple[str, ...]) -> list[int]:

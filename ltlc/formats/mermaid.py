@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ltlc.automata.alphabet import guard_text
+from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import arrows, hidden_states, state_marks
@@ -13,7 +14,7 @@ _CLASSES = (
 )
 
 
-def to_mermaid(automaton: DRA, *, hide_deadlock: bool = False) -> str:
+def to_mermaid(automaton: DRA | DFA, *, hide_deadlock: bool = False) -> str:
     """A flowchart with the signs of the Graphviz drawing: `+i` for inf and `−i` for fin of pair i.
 
     Args:
@@ -36,12 +37,12 @@ def to_mermaid(automaton: DRA, *, hide_deadlock: bool = False) -> str:
     return "\n".join(lines) + "\n"
 
 
-def to_markdown(automaton: DRA) -> str:
+def to_markdown(automaton: DRA | DFA) -> str:
     """Write the flowchart of `to_mermaid` in a Markdown fence."""
     return f"```mermaid\n{to_mermaid(automaton)}```\n"
 
 
-def _node(automaton: DRA, q: int) -> str:
+def _node(automaton: DRA | DFA, q: int) -> str:
     name = str(q) if automaton.state_names is None else automaton.state_names[q]
     text = _entities(name + _marks(*state_marks(automaton, q)))
     if q in automaton.deadlocks:

@@ -9,6 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
+from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time, time_left
 from ltlc.errors import InvalidArgumentError, MissingProgramError
@@ -22,7 +23,7 @@ _IN_PACKAGED_FONT = {ord("✗"): "×", ord("✓"): "√"}
 """signs that this font lacks, for pictures that are drawn with it; a reader of an SVG brings fonts that have them."""
 
 
-def render(automaton: DRA, path: str | os.PathLike[str], *, hide_deadlock: bool = False) -> Path:
+def render(automaton: DRA | DFA, path: str | os.PathLike[str], *, hide_deadlock: bool = False) -> Path:
     """Draw the automaton into a .svg, .png or .pdf file; all or nothing.
 
     Returns:
@@ -41,7 +42,7 @@ def render(automaton: DRA, path: str | os.PathLike[str], *, hide_deadlock: bool 
 
 
 def drawn(
-    automaton: DRA, target: Path, *, hide_deadlock: bool = False
+    automaton: DRA | DFA, target: Path, *, hide_deadlock: bool = False
 ) -> tuple[dict[Path, str | bytes], MissingProgramError | None]:
     """What `render` is to write, by path: the picture, or its source beside it and what to tell the user then.
 
@@ -60,17 +61,17 @@ def drawn(
         return {beside: source}, MissingProgramError(advice)
 
 
-def to_svg(automaton: DRA) -> bytes:
+def to_svg(automaton: DRA | DFA) -> bytes:
     """Draw the automaton as SVG; raises MissingProgramError as `draw` does."""
     return draw(to_dot(automaton), "svg")
 
 
-def to_png(automaton: DRA) -> bytes:
+def to_png(automaton: DRA | DFA) -> bytes:
     """Draw the automaton as PNG; raises MissingProgramError as `draw` does."""
     return draw(to_dot(automaton), "png")
 
 
-def to_pdf(automaton: DRA) -> bytes:
+def to_pdf(automaton: DRA | DFA) -> bytes:
     """Draw the automaton as PDF; raises MissingProgramError as `draw` does."""
     return draw(to_dot(automaton), "pdf")
 

@@ -7,6 +7,7 @@ Examples: docs/examples.md.
 """
 
 from ltlc.ltl.diagnosis import LtlSyntaxWarning
+from ltlc.ltl.finite import LAST, WeakNext
 from ltlc.ltl.formula import (
     FALSE,
     TRUE,
@@ -34,13 +35,14 @@ from ltlc.ltl.parser import parse, read_formulas
 from ltlc.ltl.past import Historically, Once, Since, Triggered, WeakYesterday, Yesterday
 from ltlc.ltl.printer import to_text
 from ltlc.ltl.rewrite import simplify
-from ltlc.ltl.semantics import LassoWord, Letter, satisfies
+from ltlc.ltl.semantics import LassoWord, Letter, satisfies, satisfies_trace
 from ltlc.ltl.syntax import Syntax
 from ltlc.ltl.traversal import fold, postorder
-from ltlc.ltl.words import parse_word
+from ltlc.ltl.words import parse_trace, parse_word
 
 __all__ = [
     "FALSE",
+    "LAST",
     "TRUE",
     "Always",
     "And",
@@ -65,6 +67,7 @@ __all__ = [
     "Syntax",
     "Triggered",
     "Until",
+    "WeakNext",
     "WeakUntil",
     "WeakYesterday",
     "Xor",
@@ -75,11 +78,13 @@ __all__ = [
     "is_pure_universality",
     "nnf",
     "parse",
+    "parse_trace",
     "parse_word",
     "postorder",
     "propositions",
     "read_formulas",
     "satisfies",
+    "satisfies_trace",
     "simplify",
     "to_text",
 ]

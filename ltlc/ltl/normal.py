@@ -46,17 +46,24 @@ DUAL: dict[type[Formula], type[Formula]] = {
     Triggered: Since,
 }
 """Operator -> the one that negates it on negated operands: !(a U b) = !a R !b."""
+DUAL_ON_TRACES: dict[type[Formula], type[Formula]] = {**DUAL, Next: WeakNext, WeakNext: Next}
+"""The same on finite traces, where !X a = WX !a."""
 
 _Signed = tuple[Formula, bool]  # (f, True) stands for f and (f, False) for !f
 
 
-def nnf(formula: Formula) -> Formula:
+def nnf(formula: Formula, *, finite: bool = False) -> Formula:
     """Negation normal form: `!` stands before propositions only, and -> <-> xor are gone.
 
     >>> from ltlc.ltl import parse
     >>> nnf(parse("!(a U (b -> X c))"))
     parse('!a R (b & X !c)')
+
+    Args:
+        formula: any formula.
+        finite: whether it is about finite traces, where !X a is WX !a; on infinite words WX is X.
     """
+    dual = DUAL_ON_TRACES if finite else DUAL
     done: dict[_Signed, Formula] = {}
     stack: list[_Signed | None] = [(formula, True)]
     waiting: list[tuple[_Signed, type[Formula], list[_Signed]]] = []  # for operands, one for each None on the stack
@@ -68,7 +75,7 @@ def nnf(formula: Formula) -> Formula:
                 check_time()
             done[ready] = _rebuild(operator, [done[operand] for operand in operands])
         elif signed not in done:
-            result, operands = _resolve(*signed)
+            result, operands = _resolve(*signed, dual)
             if isinstance(result, Formula):
                 done[signed] = result
             else:
@@ -93,7 +100,9 @@ def _negate(node: Formula, negated: list[Formula]) -> Formula:
     return DUAL[type(node)](*negated)
 
 
-def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, list[_Signed]]:
+def _resolve(
+    node: Formula, positive: bool, dual: dict[type[Formula], type[Formula]]
+) -> tuple[type[Formula] | Formula, list[_Signed]]:
     """What a signed formula is after one step: an operator and its signed operands, or a literal or constant.
 
     A chain of & and | and -> is taken apart at once, because one operand at a time would copy a long chain over and
@@ -103,7 +112,9 @@ def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, li
         node, positive = node.args[0], not positive
     if positive and node.flags & NORMAL:
         return node, []
-    operator = Next if type(node) is WeakNext else type(node)  # the same on infinite words
+    operator = type(node)
+    if operator is WeakNext and operator not in dual:
+        operator = Next  # the same on infinite words
     if isinstance(node, Constant):
         return (FALSE if node.value else TRUE), []
     if operator is Proposition:
@@ -115,7 +126,7 @@ def _resolve(node: Formula, positive: bool) -> tuple[type[Formula] | Formula, li
     if operator in _CHAINED:
         connective = And if (operator is And) == positive else Or
         return connective, _chain(node, positive, connective)
-    return (operator if positive else DUAL[operator]), [(arg, positive) for arg in node.args]
+    return (operator if positive else dual[operator]), [(arg, positive) for arg in node.args]
 
 
 _CHAINED = (And, Or, Implies)

@@ -77,7 +77,8 @@ def parse(text: str, *, finite: bool = False) -> Formula:
     """
     formula, is_infix = _read(text, finite)
     if is_infix and may_be_misread(text):
-        warn_of_misreadings(_grammar(finite).scan(text), stacklevel=3)
+        tokens = _grammar(finite).scan(text)
+        warn_of_misreadings((t for t in tokens if not (finite and t[:2] == ("NAME", "last"))), stacklevel=3)
     return formula
 
 

@@ -1,4 +1,4 @@
-"""Truth of formulas on ultimately periodic words: slow, simple, exact, and independent of every translation."""
+"""Truth of formulas on ultimately periodic words and finite traces: slow, simple, exact, without any translation."""
 
 from __future__ import annotations
 
@@ -103,8 +103,42 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
     check_type(formula, Formula, "formula", "what parse returns")
     check_type(word, LassoWord, "word", "a LassoWord, or what parse_word returns")
     rounds = _depth_of_past(formula)
-    letters = word.prefix + word.cycle * (rounds + 1)
     start = len(word.prefix) + len(word.cycle) * rounds
+    return _evaluate(formula, word.prefix + word.cycle * (rounds + 1), start)
+
+
+def satisfies_trace(formula: Formula, trace: Sequence[Iterable[str]]) -> bool:
+    """Whether a finite trace, from its first letter on, is a model of the formula.
+
+    X claims that there is a next position, and WX does not; a trace has at least one letter.
+
+    >>> from ltlc.ltl import parse, parse_trace
+    >>> satisfies_trace(parse("F(a & WX b)", finite=True), parse_trace("b; a"))
+    True
+
+    Raises:
+        InvalidArgumentError: one of the two is something else, or the trace is empty.
+
+    References:
+        Giuseppe De Giacomo and Moshe Y. Vardi, Linear temporal logic and linear dynamic logic on finite traces, IJCAI
+        2013.
+    """
+    check_type(formula, Formula, "formula", "what parse returns")
+    check_type(trace, Iterable, "trace", "a sequence of letters")
+    letters = tuple(map(_letter, trace))
+    if not letters:
+        raise InvalidArgumentError("a trace has at least one letter")
+    return _evaluate(formula, letters, None)
+
+
+def _evaluate(formula: Formula, letters: Sequence[Letter], start: int | None) -> bool:
+    """Truth at the first position.
+
+    Args:
+        formula: on all distinct subformulas of which positions are evaluated.
+        letters: of a trace, or as many of an infinite word as there are before what it says repeats itself.
+        start: the position that follows the last one, or None where a trace ends.
+    """
     values: dict[Formula, Sequence[bool]] = {}
     for node in postorder(formula):
         check_time()
@@ -114,7 +148,8 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
         elif isinstance(node, Constant):
             values[node] = [node.value] * len(letters)
         elif isinstance(node, Next | WeakNext):
-            values[node] = [*operands[0][1:], operands[0][start]]
+            after_last = isinstance(node, WeakNext) if start is None else operands[0][start]
+            values[node] = [*operands[0][1:], after_last]
         elif isinstance(node, PAST):
             values[node] = _remembered(node, operands[0], operands[-1])
         elif type(node) in _FIXPOINTS:
@@ -148,16 +183,23 @@ def _remembered(node: Formula, left: Sequence[bool], right: Sequence[bool]) -> S
 
 
 def _fixpoint(
-    law: Callable[[bool, bool, bool], bool], left: Sequence[bool], right: Sequence[bool], greatest: bool, start: int
+    law: Callable[[bool, bool, bool], bool],
+    left: Sequence[bool],
+    right: Sequence[bool],
+    greatest: bool,
+    start: int | None,
 ) -> Sequence[bool]:
-    """Solves value[i] = law(left[i], right[i], value[i + 1]) on the lasso, from the last position backwards."""
+    """Solves value[i] = law(left[i], right[i], value[i + 1]) on the word, from the last position backwards.
+
+    What would follow the end of a trace is what the fixpoint begins with.
+    """
     size = len(left)
     values = [greatest] * size
     following = greatest
-    for first in (start, 0):  # once around the cycle to settle what follows its end, then for good
+    for first in (0,) if start is None else (start, 0):  # once around the cycle to settle what follows its end
         for i in range(size - 1, first - 1, -1):
             following = values[i] = law(left[i], right[i], following)
-        following = values[start]
+        following = values[start or 0]
     return values
 
 

@@ -1,4 +1,4 @@
-"""Text to lasso word."""
+"""Text to lasso word, and to finite trace."""
 
 from __future__ import annotations
 
@@ -28,6 +28,36 @@ def parse_word(text: str) -> LassoWord:
         LtlSyntaxError: it is not a word, or a letter is more than a conjunction of literals or contradicts itself.
         InvalidArgumentError: it is not even a text.
     """
+    prefix, cycle, state = _read(text)
+    if not cycle:
+        raise error_at("the word ends too early: its cycle is missing", text, len(text), _FORM)
+    if state != "end":
+        raise error_at("the cycle is never closed", text, len(text), "end it with }")
+    return LassoWord(prefix, cycle)
+
+
+def parse_trace(text: str) -> tuple[Letter, ...]:
+    """Reads a finite trace: letters as of `parse_word`, with `;` between them, and no cycle.
+
+    >>> parse_trace("a; 1; b & !c")
+    (frozenset({'a'}), frozenset(), frozenset({'b'}))
+
+    Raises:
+        LtlSyntaxError: it is no trace; says where.
+        InvalidArgumentError: it is not even a text.
+    """
+    letters, _, state = _read(text, is_finite=True)
+    if state == "letter":
+        message = "the trace ends too early: a letter is missing" if letters else "the trace is empty"
+        raise error_at(message, text, len(text), _TRACE)
+    return tuple(letters)
+
+
+_TRACE = "a finite trace reads: a; b & !c; 1"
+
+
+def _read(text: str, *, is_finite: bool = False) -> tuple[list[Letter], list[Letter], str]:
+    """The letters before and in the cycle, and what would come next."""
     check_type(text, str, "the word", "a text")
     prefix: list[Letter] = []
     cycle: list[Letter] = []
@@ -42,6 +72,8 @@ def parse_word(text: str) -> LassoWord:
         if state == "letter" and not mark:
             letters.append(_letter(text, position, match.end()))
             state = "separator"
+        elif mark == "c" and is_finite:
+            raise error_at("a finite trace has no cycle", text, position, _TRACE)
         elif state == "letter" and mark == "c" and letters is prefix:
             letters = cycle
         elif state == "separator" and mark == ";":
@@ -60,11 +92,7 @@ def parse_word(text: str) -> LassoWord:
             raise error_at(f"'{excerpt(piece)}' stands behind the cycle, which never ends", text, position, _FORM)
         else:
             raise error_at(f"unexpected '{piece}'", text, position, _FORM)
-    if not cycle:
-        raise error_at("the word ends too early: its cycle is missing", text, len(text), _FORM)
-    if state != "end":
-        raise error_at("the cycle is never closed", text, len(text), "end it with }")
-    return LassoWord(prefix, cycle)
+    return prefix, cycle, state
 
 
 def _letter(text: str, start: int, end: int) -> Letter:

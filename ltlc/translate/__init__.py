@@ -4,9 +4,10 @@ Examples: docs/examples.md.
 """
 
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, register_construction
+from ltlc.translate.finite import translate_finite
 from ltlc.translate.options import Effort, Options
 from ltlc.translate.pipeline import translate
 
 TRANSLATORS = CONSTRUCTIONS
 
-__all__ = ["TRANSLATORS", "Construction", "Effort", "Options", "register_construction", "translate"]
+__all__ = ["TRANSLATORS", "Construction", "Effort", "Options", "register_construction", "translate", "translate_finite"]

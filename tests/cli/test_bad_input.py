@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import ltlc
+import ltlc.ltl
 from ltlc.cli.app import run
 from ltlc.errors import FileFormatError, LtlSyntaxError, UnknownNameError
 
@@ -120,6 +121,18 @@ WORDS = [
     ("a & !a; cycle{b}", 1, 1, "'a' cannot be true and false in one letter", WORD),
     ("a; cycle{b = c}", 1, 12, "'=' is not an operator", 'write <-> for equivalence, or quote a comparison: "x=1"'),
 ]  # fmt: skip
+
+TRACE = "a finite trace reads: a; b & !c; 1"
+TRACES = [
+    ("", 1, 1, "the trace is empty", TRACE),
+    ("a;", 1, 3, "the trace ends too early: a letter is missing", TRACE),
+    ("a; cycle{b}", 1, 4, "a finite trace has no cycle", TRACE),
+    ("cycle{b", 1, 1, "a finite trace has no cycle", TRACE),
+    ("a; ; b", 1, 4, "a letter is missing before ';'", EMPTY),
+    ("a; b }", 1, 6, "unexpected '}'", WORD),
+    ("X a", 1, 1, "a letter is a conjunction of literals, such as a & !b", WORD),
+    ("a & !a", 1, 1, "'a' cannot be true and false in one letter", WORD),
+]
 
 JSON = """{
   "format": "ltlc-dra",
@@ -262,6 +275,16 @@ def test_word(text: str, line: int, column: int, message: str, hint: str, capsys
     error = raised.value
     assert (error.line, error.column, error.message, error.hint) == (line, column, message, hint)
     assert run(["check", "F a", "--word", text]) == 2
+    assert paragraph(capsys.readouterr().err) == f"ltlc: {error}\n"
+
+
+@pytest.mark.parametrize(("text", "line", "column", "message", "hint"), TRACES)
+def test_trace(text: str, line: int, column: int, message: str, hint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(LtlSyntaxError) as raised:
+        ltlc.ltl.parse_trace(text)
+    error = raised.value
+    assert (error.line, error.column, error.message, error.hint) == (line, column, message, hint)
+    assert run(["check", "--finite", "F a", "--word", text]) == 2
     assert paragraph(capsys.readouterr().err) == f"ltlc: {error}\n"
 
 

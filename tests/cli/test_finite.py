@@ -1,0 +1,58 @@
+"""Finite traces on the command line."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from pathlib import Path
+
+import pytest
+from cli_worlds import LAKE, SENSORS
+
+import ltlc
+from ltlc.cli.app import run
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_compile_show_and_check(capsys: pytest.CaptureFixture[str]) -> None:
+    targets = ["-o", "dfa.json", "-o", "dfa.hoa", "-o", "dfa.dot"]
+    assert run(["compile", "--finite", "G(a -> WX b) & F last", *targets]) == 0
+    assert capsys.readouterr().out == "dfa.json, dfa.hoa, dfa.dot: 4 states, finite traces\n"
+    for source in ("dfa.json", "dfa.hoa"):
+        assert isinstance(ltlc.load(source), ltlc.DFA)
+        assert run(["show", source]) == 0
+        assert "end in a state with +0" in capsys.readouterr().out
+        assert run(["check", source, "-w", "a; b", "-w", "a; 1"]) == 1
+        assert capsys.readouterr().out == "accepted: a; b\nrejected: a; 1\n"
+    assert run(["show", "--finite", "F a & last", "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["words"], summary["n_states"], summary["accepting"]) == ("finite", 3, [2])
+
+
+def test_check_formula(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "--finite", "F a", "--word", "b & !a; a"]) == 0
+    assert capsys.readouterr().out == "accepted: b & !a; a\n"
+    assert run(["check", "--finite", "F a & X X a", "--word", "a; a"]) == 1
+    assert capsys.readouterr().out == "rejected: a; a  (does not satisfy X X a)\n"
+
+
+def test_streams(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "formulas.txt").write_text("F a\nG(a -> WX b)  # weak\n")
+    assert run(["compile", "--finite", "-F", "formulas.txt"]) == 0
+    automata = list(ltlc.formats.read_hoa_stream(capsys.readouterr().out))
+    assert [automaton.formula for automaton in automata] == ["F a", "G(a -> WX b)"]
+
+
+def test_solve(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """To reach the goal of FrozenLake, exactly, in both readings."""
+    (folder / "sensors.py").write_text(textwrap.dedent(SENSORS))
+    for formula in (["!hole U goal"], ["--finite", "G !hole & F goal"], ["--finite", "!hole U (goal & last)"]):
+        assert run(["solve", *formula, *LAKE[1:5], "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["maximum_satisfaction"] == pytest.approx([14 / 17] * 3)
+    assert run(["solve", "--finite", "F goal", *LAKE[1:5], "--prism", "files"]) == 2
+    assert "no formula that another program could check" in capsys.readouterr().err
