@@ -65,6 +65,11 @@ def translate_finite(formula: Formula, *, max_states: int = MAX_STATES, text: st
 
     Raises:
         StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded: a budget ran out.
+
+    Example:
+        >>> from ltlc.ltl import parse
+        >>> translate_finite(parse("F(a & last)", finite=True)).n_states
+        2
     """
     text = str(formula) if text is None else text
     budget = Budget(text, max_states)

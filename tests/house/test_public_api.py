@@ -14,6 +14,7 @@ import pytest
 import ltlc
 
 PROMISED = {
+    "DFA",
     "DRA",
     "Formula",
     "Judge",
@@ -62,6 +63,7 @@ def test_unknown_attribute() -> None:
 def test_signature_of_compile() -> None:
     parameters = inspect.signature(ltlc.compile).parameters.values()
     assert [(p.name, p.default) for p in parameters if p.kind is p.KEYWORD_ONLY] == [
+        ("finite", False),
         ("acceptance", "state"),
         ("translator", "auto"),
         ("effort", "default"),
