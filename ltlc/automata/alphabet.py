@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.budget import check_time
+from ltlc.graph import bits
 from ltlc.ltl.formula import Proposition
 
 IntArray = npt.NDArray[np.int32]
@@ -22,6 +23,9 @@ BoolArray = npt.NDArray[np.bool_]
 
 _FEW_POSITIONS = 256
 """up to which plain integers and lists are faster than arrays."""
+
+_MAX_BITS_AT_ONCE = 1 << 24
+"""so many are unpacked to an octet each."""
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -156,6 +160,50 @@ def grouped(tables: Sequence[int], size: int) -> tuple[IntArray, list[int]]:
     groups = [number.setdefault(values, len(number)) for values in zip(*digits, strict=True)]
     by_group = zip(*number, strict=True)  # the digits of each table again, one per group
     return np.array(groups, dtype=np.int32), [int("".join(column)[::-1], 2) for column in by_group]
+
+
+def grouped_partitions(partitions: Sequence[Sequence[int]], size: int) -> tuple[IntArray, list[IntArray]]:
+    """Group the positions that no partition tells apart; groups are numbered by their first positions.
+
+    Args:
+        partitions: each a sequence of disjoint truth tables that together hold at every position; at least one.
+        size: number of positions.
+
+    Returns:
+        The group of each position, shape (size,), int32; and for each partition, shape (n_groups,), int32: the place in
+        it of the table that holds at the positions of the group.
+    """
+    if size > _FEW_POSITIONS:
+        known: Iterable[IntArray] = (_places(tables, size) for tables in partitions)
+        if len(partitions) * size <= _MAX_BITS_AT_ONCE:
+            known = list(known)
+        group, first = letter_classes(known, size)
+        known = known if isinstance(known, list) else (_places(tables, size) for tables in partitions)
+        return group, [places[first] for places in known]
+    distinct = list(dict.fromkeys(table for tables in partitions for table in tables))
+    group, by_group = grouped(distinct, size)
+    groups = dict(zip(distinct, map(bits, by_group), strict=True))
+    places = np.empty((len(partitions), int(group.max()) + 1), dtype=np.int32)
+    for row, tables in zip(places, partitions, strict=True):
+        check_time()
+        for place, table in enumerate(tables):
+            row[groups[table]] = place
+    return group, list(places)
+
+
+def _places(tables: Sequence[int], size: int) -> IntArray:
+    """The place of the table that holds at each position, shape (size,), int32."""
+    places = np.zeros(size, dtype=np.int32)
+    n_octets = (size + 7) // 8
+    at_once = max(1, _MAX_BITS_AT_ONCE // size)
+    for begin in range(1, len(tables), at_once):
+        check_time()
+        part = tables[begin : begin + at_once]
+        octets = np.frombuffer(b"".join([table.to_bytes(n_octets, "little") for table in part]), dtype=np.uint8)
+        holds = np.unpackbits(octets.reshape(-1, n_octets), axis=1, count=size, bitorder="little").view(np.bool_)
+        place, position = np.divmod(np.flatnonzero(holds), size)
+        places[position] = place + begin
+    return places
 
 
 def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_letters: int) -> tuple[IntArray, IntArray]:

@@ -42,6 +42,8 @@ class EmersonLei:
         edges: per state; the letter sets of a state's edges partition the letters.
         acceptance: per state; the same for all states of a strong component.
         component: what the property `component` is, if that is known already.
+        alike: per state; states with equal entries accept the same words, others may do so, too. By default nothing is
+            known.
     """
 
     def __init__(
@@ -49,7 +51,9 @@ class EmersonLei:
         edges: tuple[tuple[LetterEdge, ...], ...],
         acceptance: tuple[Acceptance, ...],
         component: list[int] | None = None,
+        alike: Sequence[int] | None = None,
     ) -> None:
+        self.alike: Final = range(len(edges)) if alike is None else alike
         self.edges: Final = edges
         self.acceptance: Final = acceptance
         self._component = component
@@ -73,7 +77,7 @@ class EmersonLei:
 
     def relabelled(self, edges: tuple[tuple[LetterEdge, ...], ...], acceptance: tuple[Acceptance, ...]) -> EmersonLei:
         """Other marks and conditions on the same graph, whose strong components are not looked for again."""
-        return EmersonLei(edges, acceptance, self.component)
+        return EmersonLei(edges, acceptance, self.component, self.alike)
 
 
 def explore(
@@ -122,7 +126,7 @@ def _least_letter(move: tuple[int, object, int]) -> int:
 
 def complement(automaton: EmersonLei) -> EmersonLei:
     """The automaton of the words that are not accepted."""
-    return EmersonLei(automaton.edges, tuple(map(negation, automaton.acceptance)))
+    return EmersonLei(automaton.edges, tuple(map(negation, automaton.acceptance)), alike=automaton.alike)
 
 
 def localized(automaton: EmersonLei) -> EmersonLei:
@@ -197,7 +201,8 @@ def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
         return ((e.letters, block[e.target], e.marks) for e in automaton.edges[first[b]])
 
     blocks, edges = explore(block[0], successors, NO_LIMIT)
-    return EmersonLei(tuple(map(tuple, edges)), tuple(automaton.acceptance[first[b]] for b in blocks))
+    acceptance = tuple(automaton.acceptance[first[b]] for b in blocks)
+    return EmersonLei(tuple(map(tuple, edges)), acceptance, alike=[automaton.alike[first[b]] for b in blocks])
 
 
 def reduced(automaton: EmersonLei) -> EmersonLei:

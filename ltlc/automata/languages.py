@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ltlc import graph
 from ltlc.automata.acceptance import exactly_one, rabin_accepts
+from ltlc.automata.alphabet import first_positions
 from ltlc.automata.emptiness import accepting_nodes
 from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
 from ltlc.budget import check_time
@@ -47,6 +48,10 @@ class HasTable(Protocol):
     def edge_marks(self) -> list[list[int]]:
         """Marks seen on each transition."""
 
+    @property
+    def alike(self) -> IntArray | None:
+        """Equal entries for states that are known to accept the same words, shape (n_states,), or None."""
+
 
 def can_decide_languages(a: HasTable) -> bool:
     """Whether the automaton is so small that `equivalent_states` stays within `MAX_PRODUCT_EDGES`."""
@@ -71,19 +76,24 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
     marks = [a.edge_marks[q] for q in first.tolist()]
+    alike = number_blocks(range(len(first)) if a.alike is None else a.alike[first].tolist())
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
     left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    unknown = alike[left] != alike[right]
+    left, right = left[unknown], right[unknown]
     node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
 
     shift = 2 * a.n_pairs
-    rows = delta.tolist()
+    rows, same = delta.tolist(), alike.tolist()
     edges: list[list[tuple[int, int]]] = []
     told_apart: set[int] = set()
     for p, q in node:
         if not len(edges) & 255:
             check_time()
         steps = {
-            (s, t, m | n << shift) for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True) if s != t
+            (s, t, m | n << shift)
+            for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True)
+            if same[s] != same[t]
         }
         if all((s, t) in node for s, t, _ in steps):
             edges.append(sorted((node[s, t], m) for s, t, m in steps))
@@ -94,7 +104,7 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
     different = np.zeros(len(left), dtype=np.bool_)
     different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
 
-    smallest = np.arange(len(first))
+    smallest = first_positions(alike)[alike]
     np.minimum.at(smallest, left[~different], right[~different])
     return number_blocks(smallest[bisimilar].tolist())
 

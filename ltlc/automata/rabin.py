@@ -68,6 +68,8 @@ class DRA(Output):
         translator: the construction that built it, or None.
         forms: normal forms that it is known to have, so that they are not made again; `replace` forgets them.
         known_languages: `languages`, where they are known from how it was made; `replace` forgets them.
+        alike: shape (n_states,), or None; states with equal entries are known to accept the same words from how it was
+            made, others may do so, too; `replace` forgets it.
 
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
@@ -86,6 +88,7 @@ class DRA(Output):
     translator: str | None = None
     forms: frozenset[str] = field(default=frozenset(), init=False, compare=False)
     known_languages: IntArray | None = field(default=None, init=False, compare=False)
+    alike: IntArray | None = field(default=None, init=False, compare=False)
 
     def __post_init__(self) -> None:
         n_aps = len(self.aps)
@@ -109,17 +112,20 @@ class DRA(Output):
         _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
 
-    def annotated(self, *forms: str, languages: IntArray | None = None) -> Self:
+    def annotated(self, *forms: str, languages: IntArray | None = None, alike: IntArray | None = None) -> Self:
         """The same automaton with these normal forms, and these `languages` of its states if they are given.
 
         Args:
             forms: names, kept in addition to those known already.
             languages: shape (n_states,); equal entries for states that accept the same words, however numbered.
+            alike: what the attribute `alike` is to be, if it is given.
         """
         twin = copy(self)
         object.__setattr__(twin, "forms", self.forms | set(forms))
         if languages is not None:
             object.__setattr__(twin, "known_languages", number_blocks(languages.tolist()))
+        if alike is not None:
+            object.__setattr__(twin, "alike", alike)
         return twin
 
     @property

@@ -18,7 +18,7 @@ import numpy as np
 
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance
-from ltlc.automata.alphabet import grouped
+from ltlc.automata.alphabet import grouped_partitions
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge
@@ -200,7 +200,12 @@ def to_rabin(
     state_marks = [marks_of(q, memory) for q, memory in copies] if on_states else None
     block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, int(letter_class.max()) + 1, budget)
     acceptance: Literal["state", "transition"] = "state" if on_states else "transition"
-    return DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance)
+    result = DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance)
+    known = len(set(automaton.alike))
+    if known == automaton.n_states:
+        return result
+    alike = np.array([automaton.alike[q] for q, _ in copies], dtype=np.int32)
+    return result.annotated(alike=alike, languages=alike if known == 1 else None)
 
 
 def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], way: Way) -> Memory:
@@ -229,20 +234,12 @@ def _as_arrays(
     Returns:
         The new class of each old one, next states, Fin and Inf marks; as in `DRA`.
     """
-    distinct = list(dict.fromkeys(e.letters for out in edges for e in out))
-    block_of, block_sets = grouped(distinct, n_classes)
-    n_blocks = int(block_of.max()) + 1
-    budget.check_table(len(edges), n_blocks * max(1, n_pairs // _PAIRS_PER_ENTRY))
-    blocks = dict(zip(distinct, map(bits, block_sets), strict=True))
-    taken = np.empty((len(edges), n_blocks), dtype=np.int32)
-    number = 0
-    for q, out in enumerate(edges):
-        if not q & 15:
-            check_time()
-        row = taken[q]
-        for edge in out:
-            row[blocks[edge.letters]] = number
-            number += 1
+    partitions: dict[tuple[int, ...], int] = {}
+    kinds_of = [partitions.setdefault(tuple([e.letters for e in out]), len(partitions)) for out in edges]
+    block_of, places = grouped_partitions(list(partitions), n_classes)
+    budget.check_table(len(edges), len(places[0]) * max(1, n_pairs // _PAIRS_PER_ENTRY))
+    first = np.cumsum([0, *map(len, edges[:-1])], dtype=np.int32)
+    taken = np.array(places, dtype=np.int32)[kinds_of] + first[:, None]
     delta = np.array([edge.target for out in edges for edge in out], dtype=np.int32)[taken]
     marks = [edge.marks for out in edges for edge in out] if state_marks is None else state_marks
     kinds: dict[int, int] = {}

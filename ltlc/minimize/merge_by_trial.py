@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ltlc import graph
-from ltlc.automata.acceptance import exactly_one, rabin_accepts, recurring_marks
+from ltlc.automata.acceptance import exactly_one
 from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import accepting_walk
@@ -19,11 +19,12 @@ from ltlc.automata.partition import IntArray, number_blocks, pairs_within
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.errors import TimeLimitExceeded
+from ltlc.minimize.words import Word, Words, accepts, entered_states
 
-Words = list[tuple[list[int], list[int]]]
-"""Lasso words: the letters of a prefix and of a cycle, each a bitmask."""
-EFFORT = 200_000
-"""default bound on the number of product edges looked at."""
+EFFORT = 400_000
+"""default bound on the number of product edges looked at,"""
+_SHARE_IN_VAIN = 8
+"""of which this part, 1 / 8, may be looked at since the last merging: later ones are rare."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 _FIRST_LOOK = 16
@@ -49,7 +50,8 @@ def merge_by_trial(
 
     Args:
         automaton: any Rabin automaton.
-        effort: number of product edges after which no more is tried; 0 tries nothing.
+        effort: number of product edges after which no more is tried, or an eighth of them since the last merging; 0
+            tries nothing.
         reference: an equivalent automaton over the same propositions, the smaller the better; by default itself.
         least: no equivalent automaton has fewer states, so that nothing is tried once it is reached.
         split_from: the automaton whose states were split into those of this one, if none of the copies of one state
@@ -83,22 +85,20 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     names = list(range(current.n_states))  # of the states, in the first automaton
     origin = names if split_from is None else twins(current, split_from)
     refuted: set[tuple[int, int]] = set()
+    in_vain = effort // _SHARE_IN_VAIN
     merged = True
     while merged:
         merged = False
+        until = min(effort, trial.n_edges + in_vain)
         for old, new in _candidates(current, language):
             known = names[old], names[new]
             if known in refuted or origin[known[0]] == origin[known[1]]:
                 continue
-            effort -= _COST_OF_WORD
-            if effort < 0:
+            if trial.n_edges >= until:
                 return
             check_time()
             refuted.add(known)
-            if trial.is_refuted(old, new):
-                continue
-            effort -= current.n_states * current.n_classes
-            if trial.finds_word(old, new):
+            if trial.is_refuted(old, new) or trial.finds_word(old, new):
                 continue
             entered = np.arange(current.n_states, dtype=np.int32)
             entered[old] = new
@@ -108,23 +108,6 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
             trial.goes_on(current, kept)
             yield current
             break
-
-
-class _Word:
-    """A lasso word that some redirection got wrong.
-
-    Attributes:
-        letters: of the prefix, and of the cycle.
-        accepted: whether it is, from each state of the reference that was asked for.
-        classes: of these letters, in the automaton.
-        entered: the states of the automaton that a run over the word enters, from each state asked for, as a bit mask.
-    """
-
-    def __init__(self, letters: tuple[list[int], list[int]]) -> None:
-        self.letters = letters
-        self.accepted: dict[int, bool] = {}
-        self.classes: tuple[list[int], list[int]] = ([], [])
-        self.entered: dict[int, int] = {}
 
 
 class _Columns(NamedTuple):
@@ -146,6 +129,9 @@ class _Trial:
         automaton: canonical.
         reference: an automaton of the same language over the same propositions.
         words: see `merge_by_trial`.
+
+    Attributes:
+        n_edges: number of product edges looked at so far, and what else takes as long.
     """
 
     def __init__(self, automaton: DRA, reference: DRA, words: Words) -> None:
@@ -153,7 +139,8 @@ class _Trial:
         self._found = words
         _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
         self.twin = twins(automaton, reference)
-        self.words = [_Word(letters) for letters in words]
+        self.words = [Word(letters) for letters in words]
+        self.n_edges = 0
         self._shift = 2 * automaton.n_pairs
         self._n_marks = self._shift + 2 * reference.n_pairs
         self._differ = exactly_one(automaton.n_pairs, reference.n_pairs, 1 << self._n_marks)
@@ -171,20 +158,21 @@ class _Trial:
     def is_refuted(self, old: int, new: int) -> bool:
         """Whether entering `new` instead of `old` changes the verdict on a known word; that word moves to the front."""
         twin = self.twin[new]
+        self.n_edges += _COST_OF_WORD
         entered = int(self.automaton.marks[new]) if self.automaton.acceptance == "state" else None
         for position, word in enumerate(self.words):
             if new not in word.entered:
-                word.entered[new] = _entered(self.automaton, new, word.classes)
+                word.entered[new] = entered_states(self.automaton, new, word.classes)
             if not word.entered[new] >> old & 1:
                 continue
             if twin not in word.accepted:
-                word.accepted[twin] = _accepts(self.reference, twin, self._classes(self.reference, word))
-            if _accepts(self.automaton, new, word.classes, old, entered) != word.accepted[twin]:
+                word.accepted[twin] = accepts(self.reference, twin, self._classes(self.reference, word))
+            if accepts(self.automaton, new, word.classes, old, entered) != word.accepted[twin]:
                 self.words.insert(0, self.words.pop(position))
                 return True
         return False
 
-    def _classes(self, automaton: DRA, word: _Word) -> tuple[list[int], list[int]]:
+    def _classes(self, automaton: DRA, word: Word) -> tuple[list[int], list[int]]:
         prefix, cycle = [automaton.letter_class[letters].tolist() for letters in word.letters]
         return prefix, cycle
 
@@ -222,13 +210,14 @@ class _Trial:
                     nodes.append(node)
                 edges[number[node], marks] = letter
             along.append(edges)
+            self.n_edges += len(letters)
             if len(along) == enough or len(along) == len(nodes):
                 enough *= 4
                 rows = [sorted(edges) for edges in along] + [[]] * (len(nodes) - len(along))
                 walk = accepting_walk(rows, self._differ, 0, is_reachable=True)
                 if walk is not None:
                     prefix, cycle = [[along[source][target, m] for source, target, m in part] for part in walk]
-                    word = _Word((prefix, cycle))
+                    word = Word((prefix, cycle))
                     word.classes = self._classes(self.automaton, word)
                     self.words.insert(0, word)
                     self._found.insert(0, word.letters)
@@ -292,51 +281,6 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
                 twin[target] = other.rows[twin[state]][c]
                 order.append(target)
     return [twin[q] for q in range(automaton.n_states)]
-
-
-def _entered(automaton: DRA, start: int, word: tuple[list[int], list[int]]) -> int:
-    """The states that the run over a lasso word of letter classes enters, as a bit mask."""
-    prefix, cycle = word
-    state, entered, seen = start, 0, 0
-    for c in prefix:
-        state = automaton.rows[state][c]
-        entered |= 1 << state
-    while not seen >> state & 1:
-        seen |= 1 << state
-        for c in cycle:
-            state = automaton.rows[state][c]
-            entered |= 1 << state
-    return entered
-
-
-def _accepts(
-    automaton: DRA, start: int, word: tuple[list[int], list[int]], old: int = -1, entered: int | None = None
-) -> bool:
-    """Whether a lasso word of letter classes is accepted from a state when it is entered in place of `old`, too.
-
-    Args:
-        automaton: the automaton.
-        start: the state.
-        word: prefix and cycle.
-        old: by default no state.
-        entered: the marks on entering the state, where acceptance is on states.
-    """
-    rows, marks = automaton.rows, automaton.edge_marks
-
-    def run(state: int, classes: list[int]) -> tuple[int, int]:
-        seen = 0
-        for c in classes:
-            target = rows[state][c]
-            if target != old:
-                seen |= marks[state][c]
-                state = target
-            else:
-                seen |= marks[state][c] if entered is None else entered
-                state = start
-        return state, seen
-
-    state, _ = run(start, word[0])
-    return rabin_accepts(automaton.n_pairs, recurring_marks(state, lambda state: run(state, word[1])))
 
 
 def _candidates(automaton: DRA, language: IntArray) -> list[tuple[int, int]]:

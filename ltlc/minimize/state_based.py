@@ -17,8 +17,9 @@ from ltlc.budget import NO_LIMIT, Budget, Overtime, has_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
 from ltlc.minimize.even_marks import even_marks
 from ltlc.minimize.lower_bound import proven_least
-from ltlc.minimize.merge_by_trial import EFFORT, Words, merge_by_trial, twins
+from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial, twins
 from ltlc.minimize.reduce import MERGED, NORMALIZED, merge_states, normalized, reduce
+from ltlc.minimize.words import Words
 
 _PATIENCE = 2
 """An automaton that may split into this many times the states of the best split so far is not split."""

@@ -137,23 +137,27 @@ class Breakpoint:
 
 
 class Complement:
-    """The complement of a component."""
+    """The complement of a component.
+
+    Attributes:
+        component: which is complemented.
+    """
 
     def __init__(self, component: Component) -> None:
-        self._component = component
+        self.component = component
         self.initial = component.initial
         self.n_marks = component.n_marks
         self.stable = component.stable
 
     def successors(self, state: Hashable) -> Successors:
         """See `Component`."""
-        return self._component.successors(state)
+        return self.component.successors(state)
 
     def condition(self, state: Hashable) -> Acceptance:
         """See `Component`."""
-        return negation(self._component.condition(state))
+        return negation(self.component.condition(state))
 
     def decided(self, state: Hashable) -> bool | None:
         """See `Component`."""
-        decided = self._component.decided(state)
+        decided = self.component.decided(state)
         return None if decided is None else not decided

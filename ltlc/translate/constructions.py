@@ -14,6 +14,7 @@ from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
 from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
+from ltlc.translate.round_robin import by_turns
 
 FormulaKind = Literal["fair", "low", "high"]
 """Obligations with fairness conditions; other Boolean combinations of recurrence and persistence; all others."""
@@ -56,7 +57,7 @@ def _normal_form(closure: Closure, budget: Budget) -> EmersonLei:
 
 
 def _combined(closure: Closure, root: int, budget: Budget) -> EmersonLei:
-    skeleton, components = decompose(closure, root, budget)
+    skeleton, components = by_turns(*decompose(closure, root, budget), budget)
     return combine(skeleton, components, closure.letters.all, budget)
 
 
@@ -79,7 +80,7 @@ _ALL = (
         "product",
         "Any formula: deterministic automata for the parts of the outer Boolean combination (progression for safety and"
         " co-safety, breakpoints for recurrence and persistence, Safra trees above), with G F and F G parts suspended,"
-        " then Rabin pairs from Emerson-Lei acceptance.",
+        " and taking turns where they are only asked for together, then Rabin pairs from Emerson-Lei acceptance.",
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743; Mueller and Sickert, GandALF 2017, doi"
         " 10.4204/EPTCS.256.13; Casares et al., TACAS 2022, doi 10.1007/978-3-030-99527-0_6",
         _product,

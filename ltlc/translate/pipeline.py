@@ -34,13 +34,15 @@ from ltlc.errors import (
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.ltl.shape import NO_PAST
 from ltlc.minimize.collapse import collapse
-from ltlc.minimize.merge_by_trial import EFFORT, Words, merge_by_trial
+from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 from ltlc.minimize.reduce import NORMALIZED, normalized
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
+from ltlc.minimize.words import Words
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
+from ltlc.translate.limits import in_the_limit
 from ltlc.translate.memory import Memory
 from ltlc.translate.options import Options
 
@@ -50,8 +52,10 @@ _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 _SLACK = 60
 """plus these."""
-_HOPELESS = 3
-"""A candidate with this many times the states of the best one is not tried to be merged into fewer."""
+_HOPELESS = 1.25
+"""A candidate with this many times the states of the best one,"""
+_CLOSE = 4
+"""and these, is not tried to be merged into fewer: that never helped."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -126,7 +130,7 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
     text = str(formula) if text is None else text
     with time_limit(text, options.timeout) as limit:
         budget = Budget(text, options.max_states)
-        simple = simplify(formula)
+        simple = in_the_limit(simplify(formula))
         letters = letters_of(simple, propositions(formula))
         memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
         problem = Problem(simple, letters, options, [], memory)
@@ -190,7 +194,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if is_first:
                         spare.enter_context(_spare_time(problem))
                     check_time()
-                    hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states
+                    hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states + _CLOSE
                     if problem.options.effort != "fast" and not hopeless:
                         found = found._replace(least=best.least)
                         best = _smaller(best, _improved(found, problem, prove=is_first))

@@ -41,7 +41,9 @@ def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, b
         component = graph.strong_components([[e.target for e in out] for out in edges])
         settled = dict(zip(states, component, strict=True))
         states, edges = explore(start, lambda s: product.all_moves(s, settled), budget)
-    return EmersonLei(tuple(map(tuple, edges)), tuple(map(product.condition, states)))
+    rested: dict[ProductState, int] = {}
+    alike = [rested.setdefault(product.rested(state), len(rested)) for state in states]
+    return EmersonLei(tuple(map(tuple, edges)), tuple(map(product.condition, states)), alike=alike)
 
 
 class _Product:
@@ -71,15 +73,16 @@ class _Product:
         self, state: ProductState, settled: dict[ProductState, int]
     ) -> Iterable[tuple[int, ProductState, int]]:
         """Moves in which the stable components rest only while the others pass from component to component."""
-        here = settled[self._rested(state)]
+        here = settled[self.rested(state)]
         for letters, (skeleton, states), marks in self._moves(state, resting=0):
-            target = self._rested((skeleton, states))
+            target = self.rested((skeleton, states))
             if settled[target] == here:
                 yield letters, (skeleton, states), marks
             else:
                 yield letters, target, marks
 
-    def _rested(self, state: ProductState) -> ProductState:
+    def rested(self, state: ProductState) -> ProductState:
+        """The state with the same language in which stable components rest."""
         skeleton, states = state
         relevant = _mentioned(skeleton) & self.stable
         return skeleton, tuple(self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states))

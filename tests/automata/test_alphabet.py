@@ -12,6 +12,7 @@ from ltlc.automata.alphabet import (
     BoolArray,
     Guard,
     grouped,
+    grouped_partitions,
     irredundant_cover,
     letter_classes,
     project,
@@ -125,3 +126,17 @@ def test_grouped_positions_are_those_that_no_table_tells_apart(size: int) -> Non
     first = [keys.index(key) for key in dict.fromkeys(keys)]
     assert group.tolist() == [list(dict.fromkeys(keys)).index(key) for key in keys]
     assert sets == [sum(1 << g for g, k in enumerate(first) if table >> k & 1) for table in tables]
+
+
+@pytest.mark.parametrize("size", [1, 7, 256, 257, 1000])
+def test_grouped_positions_are_those_that_no_partition_tells_apart(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = random.Random(size)
+    for at_once in (1, 3000, 1 << 24):
+        monkeypatch.setattr("ltlc.automata.alphabet._MAX_BITS_AT_ONCE", at_once)
+        rows = [[rng.randrange(count) for _ in range(size)] for count in (1, 2, 5)]
+        partitions = [[sum(1 << k for k in range(size) if row[k] == place) for place in range(5)] for row in rows]
+        group, places = grouped_partitions(partitions, size)
+        keys = list(zip(*rows, strict=True))
+        distinct = list(dict.fromkeys(keys))
+        assert group.tolist() == [distinct.index(key) for key in keys]
+        assert [row.tolist() for row in places] == [list(column) for column in zip(*distinct, strict=True)]

@@ -27,8 +27,8 @@ from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError
 from ltlc.minimize import merge_bisimilar, merge_by_trial, merge_equivalent, reduce, to_state_based
 from ltlc.minimize.even_marks import even_marks
-from ltlc.minimize.merge_by_trial import Words
 from ltlc.minimize.reduce import MERGED, NORMALIZED, merge_states, normalized
+from ltlc.minimize.words import Words
 
 
 def complement_by_letters(a: DRA) -> DRA:
