@@ -31,7 +31,8 @@ class Task:
     Args:
         formula: a formula, its text, or an automaton.
         finite: whether the formula is about finite traces; an automaton says itself what it is about.
-        goal: when a formula about finite traces is satisfied: "reach", as soon as the trace so far satisfies it.
+        goal: when a formula about finite traces is satisfied: "reach", as soon as the trace so far satisfies it; "end",
+            if the trace satisfies it when the environment terminates, and not at all if it never does.
         reward: a scheme, or its name in `ltlc.rewards.SCHEMES`; by default `ltlc.rewards.RECOMMENDED`.
         shaping: potential of an accepting cycle for shaping by distance to acceptance, if `reward` is a name; 0: none.
         on_deadlock: what follows a violation: "stay", "initial" or "terminate"; by default what the scheme says.
@@ -73,15 +74,12 @@ class Task:
         acceptance: AcceptanceKind = "state",
         translator: str = "auto",
     ) -> None:
-        check_type(goal, str, "goal", "'reach'")
-        if goal != "reach":
-            raise InvalidArgumentError(f"goal is {goal!r}; it can be 'reach'")
         if isinstance(formula, DRA):
             automaton = formula
         elif isinstance(formula, DFA):
-            automaton = formula.reached()
+            automaton = formula.with_goal(goal)
         elif finite:
-            automaton = compile(formula, finite=True).reached()
+            automaton = compile(formula, finite=True).with_goal(goal)
         else:
             automaton = compile(formula, acceptance=acceptance, translator=translator)
         if not isinstance(reward, str) and shaping:

@@ -22,7 +22,20 @@ from ltlc.automata.partition import refine
 from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.errors import InvalidArgumentError, check_type
 
-Goal = Literal["reach"]
+Goal = Literal["reach", "end"]
+"""When a task over finite traces is done: as soon as the trace so far is accepted, or where its episode ends."""
+END = "end of episode"
+"""The last proposition of automata that care where an episode ends: it holds where the environment terminates."""
+
+
+def spoken(aps: tuple[str, ...]) -> tuple[str, ...]:
+    """The propositions that labels are about: all but `END` in the last place."""
+    return aps[:-1] if aps[-1:] == (END,) else aps
+
+
+def end_bit(aps: tuple[str, ...]) -> int:
+    """The letter in which `END` alone holds; 0 if it is not in the last place."""
+    return 0 if spoken(aps) == aps else 1 << len(aps) - 1
 
 
 class FiniteAnnotations(NamedTuple):
@@ -205,6 +218,35 @@ class DFA(Output):
         smallest = DFA(self.aps, delta, self.letter_class, last, self.initial_state).minimal()
         formula = None if self.formula is None else f"reach({self.formula})"
         return replace(smallest.table, formula=formula, translator=self.translator)
+
+    def ended(self) -> DRA:
+        """The automaton of the infinite words that are accepted up to the first letter in which `END` holds.
+
+        It has that proposition in the last place. A word without it is not accepted.
+
+        Raises:
+            AlphabetLimitExceeded: there is no room for one more proposition.
+            InvalidAutomatonError: the automaton has this proposition itself.
+        """
+        done, lost, k = self.n_states, self.n_states + 1, self.n_classes
+        last = np.where(self.accepting[self.delta], done, lost)
+        delta = np.vstack([np.hstack([self.delta, last]), np.full((1, 2 * k), done), np.full((1, 2 * k), lost)])
+        letter_class = np.concatenate([self.letter_class, self.letter_class + k])
+        is_done = np.array([q == done for q in range(self.n_states + 2)])
+        smallest = DFA((*self.aps, END), delta, letter_class, is_done, self.initial_state).minimal()
+        formula = None if self.formula is None else f"end({self.formula})"
+        return replace(smallest.table, formula=formula, translator=self.translator)
+
+    def with_goal(self, goal: Goal) -> DRA:
+        """`reached` or `ended`.
+
+        Raises:
+            InvalidArgumentError: there is no such goal.
+        """
+        check_type(goal, str, "goal", "'reach' or 'end'")
+        if goal not in ("reach", "end"):
+            raise InvalidArgumentError(f"goal is {goal!r}; it can be 'reach' or 'end'")
+        return self.reached() if goal == "reach" else self.ended()
 
     @property
     def size(self) -> str:

@@ -35,6 +35,7 @@ def faithful(
     on_deadlock: spec.OnDeadlock = None,
     on_termination: spec.OnTermination = "repeat",
     finite: flags.Finite = False,
+    goal: flags.Goal = "reach",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -60,7 +61,7 @@ def faithful(
 
     given = [_candidate(text, on_deadlock, on_termination) for text in reward or ()]
     candidates = given or default_candidates(on_deadlock, on_termination)
-    automaton = spec.automaton_of(formula, acceptance, translator, finite)
+    automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
     env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
     if env_spec.model is None:
         raise InvalidArgumentError(f"{env_spec.why_no_model}, so what is optimal there cannot be computed")

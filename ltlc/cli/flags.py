@@ -96,6 +96,10 @@ Acceptance = Annotated[
     typer.Option("--acceptance", "-a", help="Put the marks of the pairs on states or on transitions."),
 ]
 Finite = Annotated[bool, typer.Option("--finite", help="Read the formula as one about finite traces (LTLf).")]
+Goal = Annotated[
+    Literal["reach", "end"],
+    typer.Option("--goal", help="Satisfy a formula about finite traces at some time, or where the episode ends."),
+]
 MaxStates = Annotated[
     int,
     typer.Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),

@@ -36,6 +36,7 @@ def solve(
     on_deadlock: spec.OnDeadlock = None,
     on_termination: spec.OnTermination = "repeat",
     finite: flags.Finite = False,
+    goal: flags.Goal = "reach",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -73,7 +74,7 @@ def solve(
     reward = reward or RECOMMENDED
     parameters = spec.parameters_of(set_, reward) | ({} if gamma is None else {"gamma": gamma})
     scheme = get_scheme(reward, **parameters)
-    automaton = spec.automaton_of(formula, acceptance, translator, finite)
+    automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
     task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
     env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
     if env_spec.model is None:

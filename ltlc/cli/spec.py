@@ -14,6 +14,7 @@ from ltlc.cli.values import assignments, kinds_of
 
 if TYPE_CHECKING:
     from ltlc.automata import DRA
+    from ltlc.automata.finite import Goal
     from ltlc.envs.spec import EnvSpec
 
 
@@ -82,8 +83,10 @@ def parameters_of(texts: Sequence[str] | None, reward: str, option: str = "--set
     return assignments(texts, option, {"shaping": float} | kinds_of(SCHEMES[reward]))
 
 
-def automaton_of(source: str, acceptance: Literal["state", "transition"], translator: str, finite: bool = False) -> DRA:
-    """The automaton in a file, or compiled from a formula; one over finite traces as that of reaching their goal."""
+def automaton_of(
+    source: str, acceptance: Literal["state", "transition"], translator: str, finite: bool = False, goal: Goal = "reach"
+) -> DRA:
+    """The automaton in a file, or compiled from a formula; one over finite traces as that of their goal."""
     from ltlc.automata import DFA
     from ltlc.compiler import compile
 
@@ -92,7 +95,7 @@ def automaton_of(source: str, acceptance: Literal["state", "transition"], transl
         if not finite:
             return compile(given, acceptance=acceptance, translator=translator)
         given = compile(given, finite=True)
-    return given.reached() if isinstance(given, DFA) else given
+    return given.with_goal(goal) if isinstance(given, DFA) else given
 
 
 def env_spec_of(

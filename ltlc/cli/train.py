@@ -98,6 +98,7 @@ def train(
     on_deadlock: spec.OnDeadlock = None,
     on_termination: spec.OnTermination = "repeat",
     finite: flags.Finite = False,
+    goal: flags.Goal = "reach",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     agent: Agent = "auto",
@@ -137,7 +138,7 @@ def train(
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
         run = RunFolder.open(out, lock=True)
     else:
-        automaton = spec.automaton_of(formula, acceptance, translator, finite)
+        automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
         frame = RunConfig(
             env_spec=spec.env_spec_of(env, labels, env_set, episode_steps, initial_label, discretise),

@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
+from ltlc.automata.finite import spoken
 from ltlc.board import Board
 from ltlc.envs.discretised import DiscretisedVectorActions
 from ltlc.envs.labeller import labeller_for
@@ -150,11 +151,11 @@ class EnvSpec:
             raise InvalidArgumentError(f"workers is {workers}; it must be at least 0")
         envs: VectorEnv[Any, Any, Any]
         if workers:
-            envs = WorkerVectorEnv(partial(replace(self)._one_by_one, task.aps), num_envs, workers)
+            envs = WorkerVectorEnv(partial(replace(self)._one_by_one, spoken(task.aps)), num_envs, workers)
         elif self.label_source is None and self._spec.vector_entry_point is not None:
             envs = _made(self._spec, self._all_arguments, num_envs)
         else:
-            envs = self._one_by_one(task.aps, num_envs)
+            envs = self._one_by_one(spoken(task.aps), num_envs)
         if self.discretise is not None:
             envs = DiscretisedVectorActions(envs, self.discretise)
         return LTLVectorWrapper(envs, task, initial_label=self.initial_label)

@@ -10,7 +10,8 @@ import numpy.typing as npt
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from ltlc.automata import DRA
+from ltlc.automata import DFA, DRA
+from ltlc.automata.finite import end_bit, spoken
 from ltlc.envs.action_masks import ActionMasks
 from ltlc.envs.batch import AnyVectorWrapper, copied, merge, part
 from ltlc.envs.flat_tables import FlatTables
@@ -73,7 +74,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
     def __init__(
         self,
         env: VectorEnv[Any, Any, Any],
-        task: Task | Formula | str | DRA,
+        task: Task | Formula | str | DRA | DFA,
         labels: LabelSource = None,
         *,
         batch_labels: LabelSource = None,
@@ -93,7 +94,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         self.labels, self.batch_labels, self.initial_label = labels, batch_labels, initial_label
         self.warn_discount = warn_discount
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        self.labeller = VectorLabeller(labels, batch_labels, tables.aps, env, extra_labels, self.autoreset_mode)
+        self.labeller = VectorLabeller(labels, batch_labels, spoken(tables.aps), env, extra_labels, self.autoreset_mode)
         self.observer = observer(observation, env.single_observation_space, tables.n_states)
         self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
@@ -103,8 +104,8 @@ class LTLVectorWrapper(AnyVectorWrapper):
             self.single_action_space = self.choices.space
             self.action_space = batch_space(self.single_action_space, env.num_envs)
         self.masks = ActionMasks(env.single_observation_space, env.single_action_space, env.num_envs)
-        self._base_reward = reward
-        self._flat_info = flat_info
+        self._base_reward, self._flat_info = reward, flat_info
+        self._end = end_bit(tables.aps)
         self._tables = FlatTables(tables, skip=initial_label == "skip")
         base = env.unwrapped
         resettable = isinstance(base, SyncVectorEnv | AsyncVectorEnv) or hasattr(base, "begin_episode")
@@ -117,8 +118,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         n = env.num_envs
         self._streams = RandomStreams(n)
         self._state = np.full(n, tables.initial_state, dtype=np.int64)
-        self._finished = np.zeros(n, dtype=np.bool_)
-        self._any_finished = False
+        self._finished, self._any_finished = np.zeros(n, dtype=np.bool_), False
         self._restart_late: BoolArray | None = None
         self._everywhere = np.ones(n, dtype=np.bool_)
         self._success = Success(self.task.automaton, initial_label == "skip") if success_key else None
@@ -218,6 +218,8 @@ class LTLVectorWrapper(AnyVectorWrapper):
         `terminated` says where the environment ended its episode.
         """
         tables = self._tables
+        if self._end and terminated is not None:
+            letters = letters | self._end * terminated
         classes = tables.letter_class.take(letters)
         state = self._state if begun is None else np.where(begun, tables.before_episode, self._state)
         index = state * tables.n_classes

@@ -12,7 +12,8 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import RecordConstructorArgs
 from gymnasium.wrappers import Autoreset
 
-from ltlc.automata import DRA
+from ltlc.automata import DFA, DRA
+from ltlc.automata.finite import end_bit, spoken
 from ltlc.envs.action_masks import ActionMasks
 from ltlc.envs.json_spec import with_clear_json
 from ltlc.envs.labeller import labeller_for
@@ -98,7 +99,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def __init__(
         self,
         env: gym.Env[Any, Any],
-        task: Task | Formula | str | DRA,
+        task: Task | Formula | str | DRA | DFA,
         labels: LabelSource = None,
         *,
         observation: ObservationMode = "dict",
@@ -127,7 +128,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
         self.labels, self.warn_discount = labels, warn_discount
-        self.labeller = labeller_for(labels, tables.aps, env, extra_labels)
+        self.labeller = labeller_for(labels, spoken(tables.aps), env, extra_labels)
         self.observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self.observer.space
         self.choices = PairActionSpace(tables, env.action_space)
@@ -140,6 +141,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._n_classes = tables.n_classes
         self._rows: dict[int, _Row] = {}
         self._names = NamesOfLetters(tables.aps)
+        self._end = end_bit(tables.aps)
         self._stream = RandomStream()
         self._state = tables.initial_state
         self._success = Success(self.task.automaton, self._skip) if success_key else None
@@ -213,6 +215,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         observation, base_reward, terminated, truncated, info = self.env.step(action)
         self.masks.see(observation, info)
         letter = self.labeller.letter(observation, info)
+        if terminated:
+            letter |= self._end
         index = self._state * self._n_classes + self._classes[letter]
         self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
         ltl = entries.copy()

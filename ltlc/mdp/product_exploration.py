@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy import sparse
 
+from ltlc.automata.finite import END, end_bit, spoken
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support, ranges, row_any
 from ltlc.mdp.model import LabelledMDP
@@ -261,20 +262,29 @@ def _pointers(counts: IntArray) -> IntArray:
 def input_probability(mdp: LabelledMDP, aps: tuple[str, ...], letter_class: IntArray) -> Any:
     """The label distributions of an MDP in terms of the letter classes of a machine, csr_array (n_states, n_classes).
 
+    Where an episode ends (`ltlc.automata.finite.END`) is known from the terminal states, unless it is a label.
+
     Raises:
         UnknownNameError: the machine reads a proposition that the MDP does not label.
     """
     letters = np.zeros(len(mdp.letters), dtype=np.int64)
-    for bit, name in enumerate(aps):
+    end = 0 if END in mdp.aps else end_bit(aps)
+    for bit, name in enumerate(spoken(aps) if end else aps):
         if name not in mdp.aps:
             raise UnknownNameError("proposition", name, mdp.aps)
         letters |= ((mdp.letters >> mdp.aps.index(name)) & 1) << bit
-    classes = letter_class[letters]
     n_classes = int(letter_class.max()) + 1
-    group = sparse.csr_array(
-        (np.ones(len(classes)), (np.arange(len(classes)), classes)), shape=(len(classes), n_classes)
-    )
-    inputs = mdp.label_probability @ group
+
+    def grouped(classes: IntArray) -> Any:
+        each = np.arange(len(classes))
+        return sparse.csr_array((np.ones(len(classes)), (each, classes)), shape=(len(classes), n_classes))
+
+    inputs = mdp.label_probability @ grouped(letter_class[letters])
+    if end and mdp.terminal is not None:
+        goes_on = sparse.diags_array((~mdp.terminal).astype(np.float64)).tocsr()
+        ends = sparse.diags_array(mdp.terminal.astype(np.float64)).tocsr()
+        inputs = goes_on @ inputs + ends @ (mdp.label_probability @ grouped(letter_class[letters | end]))
+        inputs.eliminate_zeros()
     inputs.sort_indices()
     return inputs
 

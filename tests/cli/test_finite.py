@@ -56,3 +56,20 @@ def test_solve(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert json.loads(capsys.readouterr().out)["maximum_satisfaction"] == pytest.approx([14 / 17] * 3)
     assert run(["solve", "--finite", "F goal", *LAKE[1:5], "--prism", "files"]) == 2
     assert "no formula that another program could check" in capsys.readouterr().err
+
+
+def test_goals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """FrozenLake ends in a hole or at the goal; on the way it can be put off for ever, and then it does not end."""
+    (folder / "sensors.py").write_text(textwrap.dedent(SENSORS))
+    for formula, best in (("F hole", 1.0), ("G !hole", 14 / 17), ("F(last & goal)", 14 / 17), ("false", 0.0)):
+        assert run(["solve", "--finite", "--goal", "end", formula, *LAKE[1:5], "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["maximum_satisfaction"] == pytest.approx([best] * 3)
+    assert run(["solve", "--finite", "--goal", "begin", "F hole", *LAKE[1:5]]) == 2
+    assert "'begin'" in capsys.readouterr().err
+
+
+def test_train(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "sensors.py").write_text(textwrap.dedent(SENSORS))
+    command = ["train", "--finite", "--goal", "end", "F goal", *LAKE[1:5], "--agent", "q-learning", "--steps", "2000"]
+    assert run([*command, "--out", "run", "--quiet"]) in (0, 1)
+    assert run(["evaluate", "run", "--json"]) in (0, 1)

@@ -230,7 +230,7 @@ def test_reaching_as_a_formula(finite: str, infinite: str) -> None:
     padded = f"({infinite})" + "".join(f" & ({p} | !{p})" for p in dict.fromkeys(propositions(names)))
     assert equivalent(task.automaton, ltlc.compile(padded))
     assert ltlc.Task(ltlc.compile(finite, finite=True)).automaton.n_states == task.automaton.n_states
-    with pytest.raises(InvalidArgumentError, match="goal is 'start'; it can be 'reach'"):
+    with pytest.raises(InvalidArgumentError, match="goal is 'start'; it can be 'reach' or 'end'"):
         ltlc.Task(finite, finite=True, goal="start")  # type: ignore[arg-type]
 
 
