@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
     from ltlc.many import compile_many
     from ltlc.mdp import Judge
+    from ltlc.monitor import Monitor, Verdict
     from ltlc.task import Task
 
 __all__ = [
@@ -39,7 +40,9 @@ __all__ = [
     "LimitExceeded",
     "LtlSyntaxError",
     "LtlcError",
+    "Monitor",
     "Task",
+    "Verdict",
     "__version__",
     "compile",
     "compile_many",
@@ -60,7 +63,9 @@ _HOME = {
     "LimitExceeded": "ltlc.errors",
     "LtlSyntaxError": "ltlc.errors",
     "LtlcError": "ltlc.errors",
+    "Monitor": "ltlc.monitor",
     "Task": "ltlc.task",
+    "Verdict": "ltlc.monitor",
     "compile": "ltlc.compiler",
     "compile_many": "ltlc.many",
     "load": "ltlc.compiler",

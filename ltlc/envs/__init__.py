@@ -17,6 +17,7 @@ from ltlc.envs.registration import register_envs
 from ltlc.envs.tabular import board_of, labelled_mdp
 from ltlc.envs.thesis import thesis_map, thesis_vector_world, thesis_world
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
+from ltlc.envs.watched import MonitorWrapper
 from ltlc.envs.wrapper import LTLWrapper
 from ltlc.envs.zone_world import VectorZoneWorld, ZoneWorld
 
@@ -36,6 +37,7 @@ __all__ = [
     "LetterWorld",
     "MappedEnv",
     "ModelledEnv",
+    "MonitorWrapper",
     "VectorFlatWorld",
     "VectorGridWorld",
     "VectorLetterWorld",

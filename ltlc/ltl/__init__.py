@@ -38,7 +38,7 @@ from ltlc.ltl.rewrite import simplify
 from ltlc.ltl.semantics import LassoWord, Letter, satisfies, satisfies_trace
 from ltlc.ltl.syntax import Syntax
 from ltlc.ltl.traversal import fold, postorder
-from ltlc.ltl.words import parse_trace, parse_word
+from ltlc.ltl.words import parse_letter, parse_trace, parse_word
 
 __all__ = [
     "FALSE",
@@ -78,6 +78,7 @@ __all__ = [
     "is_pure_universality",
     "nnf",
     "parse",
+    "parse_letter",
     "parse_trace",
     "parse_word",
     "postorder",

@@ -53,6 +53,39 @@ def parse_trace(text: str) -> tuple[Letter, ...]:
     return tuple(letters)
 
 
+def parse_letter(text: str) -> Letter:
+    """Reads one letter, as a log or another program may write it: names with blanks, commas or `&` between them.
+
+    Names with `!` before them do not hold, as those that are left out; `1` and `true` say nothing. Names with other
+    characters than letters, digits, `_` and `.` stand in quotes.
+
+    >>> parse_letter("a, b"), parse_letter("a & !b"), parse_letter("1")
+    (frozenset({'a', 'b'}), frozenset({'a'}), frozenset())
+
+    Raises:
+        LtlSyntaxError: it is no letter; says where.
+        InvalidArgumentError: it is not even a text.
+    """
+    check_type(text, str, "the letter", "a text")
+    holds: dict[str, bool] = {}
+    position = 0
+    while match := _NAME.match(text, position):
+        position = match.end()
+        name = match["bare"] or (match["quoted"] and _ESCAPE.sub(r"\1", match["quoted"][1:-1]))
+        if name is not None and holds.setdefault(name, not match["not"]) == bool(match["not"]):
+            raise error_at(f"'{excerpt(name)}' cannot be true and false in one letter", text, match.start(), _LETTER)
+    if text[position:].strip():
+        rest = text[position:]
+        place = position + len(rest) - len(rest.lstrip())
+        raise error_at(f"'{excerpt(text[place : place + 20])}' is no name", text, place, _LETTER)
+    return frozenset(name for name, value in holds.items() if value)
+
+
+_LETTER = 'a letter reads: a & !b, or a b, or a, b; 1 mentions none; other names in quotes: "x>1"'
+_NAME = re.compile(
+    r"""[\s,&]*(?:(?:1|true)(?![\w.])|(?P<not>!?)\s*(?:(?P<bare>[^\W\d][\w.]*)|(?P<quoted>"(?:[^"\\]++|\\.)++"))(?![\w."]))[\s,&]*"""
+)
+_ESCAPE = re.compile(r"""\\(["'\\])""")
 _TRACE = "a finite trace reads: a; b & !c; 1"
 
 

@@ -45,7 +45,7 @@ FLOORS = {
 SAME_PART = dict.fromkeys(
     ("atomic", "board", "budget", "errors", "graph", "registry", "scene", "splitmix", "version"), "foundation"
 )
-SAME_PART |= dict.fromkeys(("many", "task"), "compiler")
+SAME_PART |= dict.fromkeys(("many", "monitor", "task"), "compiler")
 
 THIRD_PARTY = {
     "foundation": {"numpy"},

@@ -1,0 +1,92 @@
+"""`ltlc monitor`: verdicts on a word while its letters arrive."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+
+from ltlc.budget import MAX_STATES
+from ltlc.cli import flags
+from ltlc.cli.inputs import standard_input
+from ltlc.cli.messages import complain
+from ltlc.errors import FileFormatError, LtlSyntaxError
+
+
+def monitor(
+    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula.")],
+    finite: flags.Finite = False,
+    max_states: flags.MaxStates = MAX_STATES,
+    timeout: flags.Timeout = None,
+    json_: flags.Json = False,
+) -> None:
+    """Read letters from standard input, one a line, and print what they say of a formula.
+
+    A letter is the names of what holds, with blanks, commas or & between them
+    (1 for none), a JSON list of such names, or a JSON object of names with true
+    and false. Blank lines are passed over. After each letter a verdict is
+    printed: satisfied or violated, which is final and ends the command, or
+    presumably so, which is what it would be if the word ended there.
+
+    The exit code is 1 if the formula is violated; with --finite the end of the
+    input ends the trace, and the exit code is 1 if the formula does not hold.
+
+    \b
+    Examples:
+      printf "a\\nb\\n" | ltlc monitor "G(a -> X b)"
+      tail -f log.jsonl | ltlc monitor "G !error" --json
+    """
+    from ltlc.ltl import Proposition
+    from ltlc.monitor import Monitor, Verdict
+
+    watching = Monitor(formula, finite=finite, max_states=max_states, timeout=timeout)
+    strange: set[str] = set()
+    n_letters = 0
+    for number, line in enumerate(standard_input(), start=1):
+        if not line.strip():
+            continue
+        letter = _letter(line, number)
+        for name in sorted(letter - set(watching.aps) - strange):
+            strange.add(name)
+            complain(f"warning: nothing in {formula} depends on {Proposition(name)}")
+        verdict = watching.step(letter & set(watching.aps))
+        n_letters += 1
+        said = {"letter": n_letters, "verdict": verdict.value}
+        print(json.dumps(said) if json_ else verdict.value, flush=True)
+        if verdict.is_final:
+            break
+    if n_letters == 0 and finite:
+        raise FileFormatError("there is no letter on standard input, and a trace has one at least")
+    unfulfilled = watching.verdict is Verdict.PRESUMABLY_VIOLATED and finite
+    if watching.verdict is Verdict.VIOLATED or unfulfilled:
+        raise typer.Exit(1)
+
+
+def _letter(line: str, number: int) -> frozenset[str]:
+    """The letter of a line.
+
+    Raises:
+        FileFormatError: it is none; names the line.
+    """
+    from ltlc.ltl import parse_letter
+
+    text = line.strip()
+    if text[0] not in "[{":
+        try:
+            return parse_letter(text)
+        except LtlSyntaxError as error:
+            raise FileFormatError(
+                f"letter on line {number}: {error.message} (column {error.column}); {error.hint}"
+            ) from None
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(f"letter on line {number}: not JSON: {error}") from None
+    if isinstance(value, list) and all(isinstance(name, str) and name for name in value):
+        return frozenset(value)
+    if isinstance(value, dict) and all(name and isinstance(holds, bool) for name, holds in value.items()):
+        return frozenset(name for name, holds in value.items() if holds)
+    raise FileFormatError(
+        f'letter on line {number}: expected a list of names, ["a"], or an object of true and false, {{"a": true}}'
+    )
