@@ -59,8 +59,8 @@ def parse_letter(text: str) -> Letter:
     Names with `!` before them do not hold, as those that are left out; `1` and `true` say nothing. Names with other
     characters than letters, digits, `_` and `.` stand in quotes.
 
-    >>> parse_letter("a, b"), parse_letter("a & !b"), parse_letter("1")
-    (frozenset({'a', 'b'}), frozenset({'a'}), frozenset())
+    >>> sorted(parse_letter("b, a")), parse_letter("a & !b"), parse_letter("1")
+    (['a', 'b'], frozenset({'a'}), frozenset())
 
     Raises:
         LtlSyntaxError: it is no letter; says where.
