@@ -69,6 +69,16 @@ class CycleDecomposition:
             if len(self._nodes) > max_nodes:
                 raise OverflowError
         self.depth = max(node.depth for node in self._nodes)
+        inside: list[list[int]] = [[] for _ in edges]
+        for index, node in enumerate(self._nodes):
+            check_time()
+            for e in node.edges:
+                inside[e].append(index)
+        first: dict[tuple[int, int, tuple[int, ...]], int] = {}
+        self._first = {
+            edge: first.setdefault((edge[0], edge[1], tuple(nodes)), edge[2])
+            for edge, nodes in zip(edges, inside, strict=True)
+        }
 
     def _node(self, edges: frozenset[int], parent: int, depth: int) -> _Node:
         return _Node(edges, frozenset(self._edges[e][0] for e in edges), parent, depth)
@@ -102,6 +112,10 @@ class CycleDecomposition:
             elif not clause.inf & ~seen:
                 found.append(frozenset([self._number[edge] for edge in part]))
         return found
+
+    def first_alike(self, edge: MarkedEdge) -> int:
+        """The marks of the first edge between the same states that is in the same sets: steps along both agree."""
+        return self._first[edge]
 
     def n_leaves(self, states: Iterable[int]) -> int:
         """Number of leaves of these states, in all."""

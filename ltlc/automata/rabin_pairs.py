@@ -46,6 +46,9 @@ class Memory(Protocol):
     def size(self, states: Iterable[int]) -> int:
         """Upper bound of the number of copies of the states, in all."""
 
+    def first_alike(self, edge: MarkedEdge) -> int:
+        """The marks of one of the edges with which all moves are the same."""
+
     def start(self, state: int) -> int:
         """The memory on entering the component in a state."""
 
@@ -72,6 +75,10 @@ class Counters:
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
         return len(list(states)) * reduce(int.__mul__, map(len, self._waits.values()), 1)
+
+    def first_alike(self, edge: MarkedEdge) -> int:
+        """See `Memory`."""
+        return edge[2]
 
     def start(self, state: int) -> int:
         """See `Memory`."""
@@ -115,10 +122,21 @@ class CycleMemory:
         self._accepting = [d for d in range(cycles.depth + 1) if cycles.root_accepts == (d % 2 == 0)]
         self.n_pairs = len(self._accepting)
         self.is_constant = cycles.depth == 0
+        self._marks = [
+            (
+                sum(1 << i for i, d in enumerate(self._accepting) if d > depth),
+                sum(1 << i for i, d in enumerate(self._accepting) if d == depth),
+            )
+            for depth in range(cycles.depth + 1)
+        ]
 
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
         return self._cycles.n_leaves(states)
+
+    def first_alike(self, edge: MarkedEdge) -> int:
+        """See `Memory`."""
+        return self._cycles.first_alike(edge)
 
     def start(self, state: int) -> int:
         """See `Memory`."""
@@ -127,9 +145,7 @@ class CycleMemory:
     def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
         """See `Memory`."""
         leaf, depth = self._cycles.step(memory, edge)
-        fins = sum(1 << i for i, d in enumerate(self._accepting) if d > depth)
-        infs = sum(1 << i for i, d in enumerate(self._accepting) if d == depth)
-        return leaf, fins, infs
+        return leaf, *self._marks[depth]
 
 
 def to_rabin(
@@ -179,9 +195,18 @@ def to_rabin(
         following, fins, infs = memories[here].move(memory, (q, edge.target, edge.marks))
         return following, fins << n_pairs | infs
 
+    def fewer(q: int) -> list[LetterEdge]:
+        """The edges of a state, those one edge that do the same with every memory."""
+        memory = memories[component[q]]
+        edges = automaton.edges[q]
+        moves = ((e, component[e.target] == component[q]) for e in edges)
+        return merged((e.letters, e.target, memory.first_alike((q, e.target, e.marks)) if i else 0) for e, i in moves)
+
+    edges_of = list(map(fewer, range(automaton.n_states)))
+
     def successors(state: tuple[int, int]) -> Iterable[tuple[int, tuple[int, int], int]]:
         q, memory = state
-        for edge in automaton.edges[q]:
+        for edge in edges_of[q]:
             following, marks = move(q, memory, edge)
             yield edge.letters, (edge.target, following), 0 if on_states else marks
 

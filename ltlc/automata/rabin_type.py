@@ -25,6 +25,11 @@ from ltlc.automata.acceptance import Acceptance, rabin, rabin_pair, streett
 from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_parts, accepting_walk
 from ltlc.budget import check_time
 
+_MAX_WORK = 500_000
+"""Edges that are looked at for one decomposition, times pairs,"""
+_LEAST_NODES = 4
+"""except that so many nodes are always looked at."""
+
 
 class LabelPair(NamedTuple):
     """A Rabin pair on labels; both sets as bit masks."""
@@ -53,6 +58,11 @@ class CycleGraph(NamedTuple):
     runs: Sequence[tuple[int, int]]
     """per node: the state of the graph that is to carry the condition, and the state of the automaton."""
     n_pairs: int
+
+    def affordable(self, max_nodes: int) -> int:
+        """A bound on the nodes of the decomposition: this one, or a lower one where each node takes long."""
+        n_edges = sum(map(len, self.edges))
+        return min(max_nodes, max(_LEAST_NODES, _MAX_WORK // (1 + n_edges * self.n_pairs)))
 
     def columns_along(self, walk: Iterable[MarkedEdge]) -> tuple[int, ...]:
         """Columns that lead along a walk."""

@@ -81,7 +81,7 @@ def quotient(part: Part) -> Structure | None:
     if len(part.states) == len(residual_of):
         return None
     cycles = part.cycle_graph(part.step, residual_of, part.acceptance == "state")
-    pairs = rabin_condition(cycles, max_nodes=MAX_NODES)
+    pairs = rabin_condition(cycles, max_nodes=cycles.affordable(MAX_NODES))
     return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
 
 

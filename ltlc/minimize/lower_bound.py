@@ -51,7 +51,7 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     if len(part.states) == n_residuals and part.acceptance == acceptance:
         return n_residuals
     cycles = part.cycle_graph(part.step, range(n_residuals), acceptance == "state")
-    if not isinstance(rabin_condition(cycles, max_nodes=_MAX_NODES), Conflict):
+    if not isinstance(rabin_condition(cycles, max_nodes=cycles.affordable(_MAX_NODES)), Conflict):
         return n_residuals
     copies = _Copies(cycles).needed(cycles.labels())
     return max(n_residuals + 1, sum(copies.values()))
@@ -62,6 +62,7 @@ class _Copies:
 
     def __init__(self, cycles: CycleGraph) -> None:
         self.cycles = cycles
+        self._max_nodes = cycles.affordable(_MAX_NODES)
         self.known: dict[int, dict[int, int]] = {}
 
     def needed(self, labels: int) -> dict[int, int]:
@@ -69,7 +70,7 @@ class _Copies:
         if labels in self.known:
             return self.known[labels]
         copies = self.known[labels] = dict.fromkeys(self.cycles.places(labels), 1)
-        if len(self.known) > _MAX_NODES:
+        if len(self.known) > self._max_nodes:
             return copies
         accepted, rejected = self.cycles.accepted_parts(labels), self.cycles.rejected_parts(labels)
         if labels not in rejected:

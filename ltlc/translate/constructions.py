@@ -17,7 +17,8 @@ from ltlc.translate.product import combine
 from ltlc.translate.round_robin import by_turns
 
 FormulaKind = Literal["fair", "low", "high"]
-"""Obligations with fairness conditions; other Boolean combinations of recurrence and persistence; all others."""
+"""Obligations with fairness conditions, and single G F f or F G f; other Boolean combinations of recurrence and
+persistence; all others."""
 
 
 @dataclass(frozen=True)

@@ -187,6 +187,14 @@ class Nodes:
         """Whether it is one of these and of G F a, F G a with a Boolean: fairness conditions."""
         return self._is_combination(node, lambda part: self.level(part) in ("sigma1", "pi1") or self._is_fairness(part))
 
+    def is_limit(self, node: int) -> bool:
+        """Whether it is G F f with a co-safety formula f, or F G f with a safety formula f, and f cannot be split."""
+        kind, args, _ = self.nodes[node]
+        if not self.level(node) or kind not in "FG":
+            return False
+        inner, parts, _ = self.nodes[args[0]]
+        return inner == _DUAL[kind] and self.nodes[parts[0]].kind != ("|" if kind == "G" else "&")
+
     def is_low(self, node: int) -> bool:
         """Whether the node is a Boolean combination of sigma2 and pi2 subformulas, in shape."""
         return self._is_combination(node, lambda part: bool(self.level(part)))

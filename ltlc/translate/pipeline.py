@@ -44,10 +44,13 @@ from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfol
 from ltlc.translate.letters import Letters, letters_of
 from ltlc.translate.limits import in_the_limit
 from ltlc.translate.memory import Memory
+from ltlc.translate.mixtures import without_mixtures
 from ltlc.translate.options import Options
 
 _DEFAULTS = Options()
 _ROUNDS = (500, 10_000)
+_BY_PARTS = ("auto", "product")
+"""Where parts are translated one by one, the formula is taken apart before."""
 _PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 _SLACK = 60
@@ -104,7 +107,8 @@ class Candidate(NamedTuple):
 def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | None = None) -> DRA:
     """A deterministic Rabin automaton that accepts exactly the words satisfying the formula.
 
-    1. Simplify the formula, which brings it to negation normal form; group the letters it cannot tell apart.
+    1. Simplify the formula, which brings it to negation normal form; pull temporal operators out of each other; group
+       the letters it cannot tell apart.
     2. Build a deterministic automaton with Emerson-Lei acceptance (a construction) and reduce it.
     3. Form Rabin pairs, strong component by strong component; reduce again; split states for state-based acceptance.
     4. With "auto": try the next construction, unless the result is proven smallest, and keep the smallest.
@@ -130,11 +134,13 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
     text = str(formula) if text is None else text
     with time_limit(text, options.timeout) as limit:
         budget = Budget(text, options.max_states)
-        simple = in_the_limit(simplify(formula))
-        letters = letters_of(simple, propositions(formula))
-        memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
-        problem = Problem(simple, letters, options, [], memory)
         try:
+            simple = simplify(formula)
+            if options.translator in _BY_PARTS:
+                simple = without_mixtures(in_the_limit(simple))
+            letters = letters_of(simple, propositions(formula))
+            memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
+            problem = Problem(simple, letters, options, [], memory)
             best = _best(problem, budget)
             automaton = best.automaton
             if not best.weak and NORMALIZED not in automaton.forms and options.acceptance == "transition":
@@ -142,7 +148,7 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
                     automaton = normalized(automaton)
             if options.acceptance == "state":
                 automaton = _state_based(best._replace(automaton=automaton), problem, budget)
-        except RecursionError:  # the nodes of a closure recurse, each level in a few calls
+        except RecursionError:  # rewriting and the nodes of a closure recurse, each level in a few calls
             raise DepthLimitExceeded(
                 f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by"
                 " sys.setrecursionlimit"
@@ -239,10 +245,11 @@ def _worth_trying(closure: Closure, options: Options) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
     if options.translator != "auto":
         return (options.translator,)
-    if options.effort == "default" and closure.is_fair_obligation(closure.root):
+    root = closure.root
+    if options.effort == "default" and (closure.is_fair_obligation(root) or closure.is_limit(root)):
         names = in_portfolio("fair")
     else:
-        names = in_portfolio("low" if closure.is_low(closure.root) else "high")
+        names = in_portfolio("low" if closure.is_low(root) else "high")
     return names[:1] if options.effort == "fast" else names
 
 

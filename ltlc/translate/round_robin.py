@@ -19,6 +19,9 @@ from ltlc.errors import StateLimitExceeded
 from ltlc.translate.components import Breakpoint, Complement, Component, Successors
 from ltlc.translate.product import Skeleton, antichain
 
+_MANY_MARKS = 8
+"""More marks than this of parts that are asked for together are one: a state has a move for each set of them."""
+
 
 class RoundRobin:
     """The conjunction of recurrence parts that do not depend on the prefix; mark 0 is seen whenever all had a turn."""
@@ -69,7 +72,8 @@ def by_turns(skeleton: Skeleton, components: Sequence[Component], budget: Budget
             rounds = RoundRobin([part.component if isinstance(part, Complement) else part for part in parts])
             n_states = len(explore(rounds.initial, rounds.successors, budget)[0])
             enough = n_states // len(parts) if kind is _together else n_states + n_states // 2
-            if not _has_more_states(parts, enough, budget):
+            has_many_marks = kind is _together and len(parts) > _MANY_MARKS
+            if not has_many_marks and not _has_more_states(parts, enough, budget):
                 continue
             joined[group[0]] = Complement(rounds) if kind is _alternatives else rounds
             others = sum(1 << i for i in group[1:])
