@@ -20,6 +20,7 @@ def faithful(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
     env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
     labels: spec.Labels = None,
+    variables: spec.Variables = None,
     env_set: spec.EnvArguments = None,
     initial_label: spec.InitialLabel = "read",
     reward: Annotated[
@@ -62,7 +63,7 @@ def faithful(
     given = [_candidate(text, on_deadlock, on_termination) for text in reward or ()]
     candidates = given or default_candidates(on_deadlock, on_termination)
     automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
-    env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
+    env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label, variables=variables)
     if env_spec.model is None:
         raise InvalidArgumentError(f"{env_spec.why_no_model}, so what is optimal there cannot be computed")
     tell(automaton, env_spec)

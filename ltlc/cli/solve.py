@@ -26,6 +26,7 @@ def solve(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
     env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
     labels: spec.Labels = None,
+    variables: spec.Variables = None,
     env_set: spec.EnvArguments = None,
     initial_label: spec.InitialLabel = "read",
     reward: spec.Reward = None,
@@ -76,7 +77,7 @@ def solve(
     scheme = get_scheme(reward, **parameters)
     automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
     task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
-    env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label)
+    env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label, variables=variables)
     if env_spec.model is None:
         raise InvalidArgumentError(
             f"{env_spec.why_no_model}; train an agent with ltlc train, and judge it by episodes with ltlc evaluate"

@@ -11,6 +11,7 @@ import typer
 from ltlc.cli import flags
 from ltlc.cli.inputs import given_automaton
 from ltlc.cli.values import assignments, kinds_of
+from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.automata import DRA
@@ -27,6 +28,15 @@ Labels = Annotated[
         help="A function of the observation that returns the names that hold, or a dict of predicates; or the name of "
         "registered ones: {labellers}.",
         autocompletion=flags.names_of("labellers"),
+    ),
+]
+Variables = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--variables",
+        metavar="NAME=PLACE",
+        help="Where in an observation a number of that name stands, as in x=0 or speed=car.1; propositions are then "
+        "comparisons in quotes. May be repeated.",
     ),
 ]
 EnvArguments = Annotated[
@@ -83,6 +93,21 @@ def parameters_of(texts: Sequence[str] | None, reward: str, option: str = "--set
     return assignments(texts, option, {"shaping": float} | kinds_of(SCHEMES[reward]))
 
 
+def _labels_of(labels: str | None, variables: Sequence[str] | None) -> str | None:
+    """The labels that the options describe.
+
+    Raises:
+        InvalidArgumentError: there are two kinds, or a variable has no place.
+    """
+    from ltlc.envs.comparisons import VARIABLES, Variables
+
+    if not variables:
+        return labels
+    if labels is not None:
+        raise InvalidArgumentError("--labels and --variables are both given; labels can compare numbers themselves")
+    return VARIABLES + Variables(", ".join(variables)).text
+
+
 def automaton_of(
     source: str, acceptance: Literal["state", "transition"], translator: str, finite: bool = False, goal: Goal = "reach"
 ) -> DRA:
@@ -105,6 +130,7 @@ def env_spec_of(
     episode_steps: int | None = None,
     initial_label: Literal["read", "skip"] = "read",
     discretise: int | None = None,
+    variables: Sequence[str] | None = None,
 ) -> EnvSpec:
     """The environment that the options describe."""
     from ltlc.envs.spec import EnvSpec
@@ -118,7 +144,7 @@ def env_spec_of(
     return EnvSpec(
         env=env,
         arguments=assignments(arguments, "--env-set", kinds),
-        labels=labels,
+        labels=_labels_of(labels, variables),
         max_episode_steps=episode_steps,
         initial_label=initial_label,
         discretise=discretise,

@@ -89,6 +89,7 @@ def train(
     formula: Formula = None,
     env: Env = None,
     labels: spec.Labels = None,
+    variables: spec.Variables = None,
     env_set: spec.EnvArguments = None,
     episode_steps: spec.EpisodeSteps = None,
     initial_label: spec.InitialLabel = "read",
@@ -141,7 +142,7 @@ def train(
         automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
         frame = RunConfig(
-            env_spec=spec.env_spec_of(env, labels, env_set, episode_steps, initial_label, discretise),
+            env_spec=spec.env_spec_of(env, labels, env_set, episode_steps, initial_label, discretise, variables),
             reward=reward,
             parameters=spec.parameters_of(set_, reward),
             on_deadlock=on_deadlock,

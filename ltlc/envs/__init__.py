@@ -5,6 +5,7 @@ Importing this package registers the worlds with Gymnasium: `gymnasium.make("ltl
 Examples: docs/examples.md.
 """
 
+from ltlc.envs.comparisons import Comparison, comparisons
 from ltlc.envs.discretised import DiscretisedActions, DiscretisedVectorActions, action_grid
 from ltlc.envs.flat_world import FlatWorld, VectorFlatWorld
 from ltlc.envs.grid import GridWorld, VectorGridWorld
@@ -25,6 +26,7 @@ __all__ = [
     "HOLD",
     "LABELLERS",
     "RECORDED",
+    "Comparison",
     "DiscretisedActions",
     "DiscretisedVectorActions",
     "DrawnEnv",
@@ -45,6 +47,7 @@ __all__ = [
     "ZoneWorld",
     "action_grid",
     "board_of",
+    "comparisons",
     "grid_map",
     "labelled_mdp",
     "recorded_automaton",

@@ -13,6 +13,7 @@ from gymnasium.vector import VectorEnv
 
 from ltlc.automata.finite import spoken
 from ltlc.board import Board
+from ltlc.envs.comparisons import VARIABLES, Variables
 from ltlc.envs.discretised import DiscretisedVectorActions
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import LabelFunction, LabelSource, Source, described, shown
@@ -48,8 +49,9 @@ class EnvSpec:
     Attributes:
         env: a name in Gymnasium's registry; `module:Name-v0` imports the module first.
         arguments: for the constructor of the environment.
-        labels: `module:name` of what labels one observation, see `ltlc.envs.labels`; None for an environment that
-            labels itself.
+        labels: `module:name` of what labels one observation, see `ltlc.envs.labels`; or `variables:` and places of
+            numbers, such as `variables:x=0`, where propositions are comparisons; None for an environment that labels
+            itself.
         max_episode_steps: limit on the length of episodes; None: that of the environment, or `EPISODE_STEPS` where it
             has none.
         initial_label: whether the label of the first observation is read.
@@ -87,7 +89,7 @@ class EnvSpec:
         return env
 
     @cached_property
-    def label_source(self) -> LabelSource:
+    def label_source(self) -> LabelSource | Variables:
         """What labels a single environment, with its vocabulary declared where that can be known; or None.
 
         Raises:
@@ -96,6 +98,8 @@ class EnvSpec:
         if self.labels is None:
             _check_labels_itself(self.single, self.env)
             return None
+        if self.labels.startswith(VARIABLES):
+            return Variables(self.labels.removeprefix(VARIABLES))
         source: Any = _reported(Source(self.labels).given, self.labels)
         if not isinstance(source, Mapping) and not hasattr(source, "propositions"):
             model = self._model_of(source)
@@ -118,6 +122,8 @@ class EnvSpec:
     def why_no_model(self) -> str:
         """Why there is no exact model, as a message begins."""
         own = self._own_model
+        if own is not None and isinstance(self.label_source, Variables):
+            return f"what holds in the states of {self.env} is not known, because comparisons are about observations"
         if own is None:
             return f"the dynamics of {self.env} are not known: {NO_MODEL}"
         why = "the labels look at more than the state" if shows_states(self.single, own) else NO_STATES
@@ -193,7 +199,9 @@ class EnvSpec:
             raise UnknownNameError("environment", name, gym.registry)
         return gym.registry[name]
 
-    def _model_of(self, source: LabelSource) -> LabelledMDP | None:
+    def _model_of(self, source: LabelSource | Variables) -> LabelledMDP | None:
+        if isinstance(source, Variables):
+            return None
         own = self._own_model
         if own is None or source is None:
             return None if own is None else labelled_mdp(self.single)
@@ -218,8 +226,11 @@ class _Labelled(gym.Wrapper[Any, Any, Any, Any]):
         self.propositions = aps
 
     @classmethod
-    def around(cls, source: LabelSource, aps: tuple[str, ...]) -> Callable[[gym.Env[Any, Any]], gym.Env[Any, Any]]:
-        return lambda env: cls(env, source, aps)
+    def around(
+        cls, source: LabelSource | Variables, aps: tuple[str, ...]
+    ) -> Callable[[gym.Env[Any, Any]], gym.Env[Any, Any]]:
+        labels = source.labels(aps) if isinstance(source, Variables) else source
+        return lambda env: cls(env, labels, aps)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = self.env.reset(seed=seed, options=options)

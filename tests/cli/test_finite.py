@@ -68,6 +68,7 @@ def test_goals(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "'begin'" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_train(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "sensors.py").write_text(textwrap.dedent(SENSORS))
     command = ["train", "--finite", "--goal", "end", "F goal", *LAKE[1:5], "--agent", "q-learning", "--steps", "2000"]
