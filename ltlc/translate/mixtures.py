@@ -11,6 +11,8 @@ References:
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from ltlc.budget import check_time
 from ltlc.ltl import (
     FALSE,
@@ -29,15 +31,16 @@ from ltlc.ltl import (
     Until,
     WeakUntil,
     fold,
+    nnf,
     postorder,
     simplify,
 )
 from ltlc.translate.limits import in_the_limit
 
-_MAX_STEPS = 120
+_MAX_STEPS = 60
 """A formula that takes more steps stays as it is,"""
-_MAX_GROWTH = 10
-"""and so does one that would become more times as long."""
+_MAX_GROWTH = 5
+"""and so does one that would get more times as many subformulas."""
 _NEVER: Formula = FALSE
 _BOOLEAN = (And, Or)
 _LEAST = (Eventually, Until, StrongRelease)
@@ -51,6 +54,8 @@ class _TooManyStepsError(Exception):
 def without_mixtures(formula: Formula) -> Formula:
     """An equivalent Boolean combination of recurrence and persistence formulas, or the formula itself if none is found.
 
+    The laws take U out of W; for the negation they take W out of U. The result with fewer subformulas is taken.
+
     Args:
         formula: simplified, in negation normal form.
 
@@ -59,17 +64,25 @@ def without_mixtures(formula: Formula) -> Formula:
         >>> without_mixtures(parse("(a | G b) U (c & G F d)"))
         parse('G F d & (a | G b) U c')
     """
-    rewriting = _Rewriting(_MAX_GROWTH * formula.size)
-    try:
-        result = rewriting.low(formula)
-    except _TooManyStepsError:
+    if _Rewriting().is_low(formula):
         return formula
-    return result if rewriting.is_low(result) and result.size <= rewriting.max_size else formula
+    found = []
+    for negated in (False, True):
+        rewriting = _Rewriting()
+        with suppress(_TooManyStepsError):
+            result = rewriting.low(nnf(Not(formula)) if negated else formula)
+            if rewriting.is_low(result):
+                found.append(nnf(Not(result)) if negated else result)
+    best = min(found, key=_n_nodes, default=formula)
+    return best if _n_nodes(best) <= _MAX_GROWTH * _n_nodes(formula) else formula
+
+
+def _n_nodes(formula: Formula) -> int:
+    return sum(1 for _ in postorder(formula))
 
 
 class _Rewriting:
-    def __init__(self, max_size: int) -> None:
-        self.max_size = max_size
+    def __init__(self) -> None:
         self._levels: dict[Formula, int] = {}
         self._low: dict[tuple[Formula, bool], Formula] = {}
         self._n_steps = 0
@@ -120,11 +133,7 @@ class _Rewriting:
             better = formula.with_args(tuple([self.low(arg, inside=inside or is_least) for arg in formula.args]))
         if better is formula:
             better = self._without_least(formula)
-        if better is None:
-            return formula
-        if better.size > self.max_size:
-            raise _TooManyStepsError
-        return self.low(better, inside=inside)
+        return formula if better is None else self.low(better, inside=inside)
 
     def _without_least(self, f: Formula) -> Formula | None:
         """G, W or R with one operator fewer of F, U and M below it, or None where there is none.

@@ -48,7 +48,7 @@ from ltlc.translate.mixtures import without_mixtures
 from ltlc.translate.options import Options
 
 _DEFAULTS = Options()
-_ROUNDS = (500, 10_000)
+_ROUNDS = (1_500, 10_000)
 _BY_PARTS = ("auto", "product")
 """Where parts are translated one by one, the formula is taken apart before."""
 _PATIENCE = 2
