@@ -6,13 +6,14 @@ import os
 from collections.abc import MutableMapping
 from dataclasses import replace
 from itertools import islice
-from typing import Literal, overload
+from typing import Literal, get_args, overload
 
 from ltlc import formats
 from ltlc.automata import DFA, DRA
+from ltlc.automata.forms import Form, with_form
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
-from ltlc.errors import DepthLimitExceeded, check_type
+from ltlc.errors import DepthLimitExceeded, UnknownNameError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
 from ltlc.translate import Effort, Options, translate, translate_finite
 
@@ -28,6 +29,7 @@ def compile(
     formula_or_text: Formula | str,
     *,
     finite: Literal[False] = False,
+    form: Form = "rabin",
     acceptance: AcceptanceKind = "state",
     translator: str = "auto",
     effort: Effort = "default",
@@ -51,6 +53,7 @@ def compile(
     formula_or_text: Formula | str,
     *,
     finite: bool = False,
+    form: Form = "rabin",
     acceptance: AcceptanceKind = "state",
     translator: str = "auto",
     effort: Effort = "default",
@@ -65,7 +68,9 @@ def compile(
     Args:
         formula_or_text: a formula, or text for `ltlc.parse`.
         finite: whether the formula is about finite traces. Then the result is the smallest deterministic automaton for
-            them, an `ltlc.DFA`, and the arguments `acceptance`, `translator`, `effort` and `cache` are without effect.
+            them, an `ltlc.DFA`, and `form`, `acceptance`, `translator`, `effort` and `cache` have no effect.
+        form: "rabin", or the special form "parity", "buchi" or "co-buchi", with acceptance on transitions; see
+            `ltlc.automata.with_form`.
         acceptance: whether marks sit on states or on transitions; the latter can need fewer states.
         translator: a name from `ltlc.translate.TRANSLATORS`, or "auto" for the smallest result of several.
         effort: "fast", "default" or "best"; the last searches by SAT for the smallest automaton there is, and needs
@@ -78,8 +83,8 @@ def compile(
 
     Raises:
         LtlSyntaxError: the text is not a formula.
-        UnknownNameError: there is no such translator.
-        InvalidArgumentError: another argument is out of range.
+        UnknownNameError: there is no such translator or form.
+        InvalidArgumentError: another argument is out of range, or no automaton of the form accepts the language.
         LimitExceeded: `max_states`, `timeout` or the number of propositions does not suffice.
 
     Example:
@@ -90,6 +95,10 @@ def compile(
         True
     """
     options = Options(acceptance, translator, effort, max_states, timeout).checked()
+    if form not in get_args(Form):
+        raise UnknownNameError("form", form, get_args(Form))
+    if form != "rabin":
+        options = options._replace(acceptance="transition")
     if cache is not None:
         check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):
@@ -104,7 +113,7 @@ def compile(
             known = translate(shape, options, text=text)
             if cache is not None:
                 cache[shape, options] = known
-        return replace(known, aps=names, formula=text)
+        return with_form(replace(known, aps=names, formula=text), form, max_states=options.max_states)
 
 
 def as_formula(formula_or_text: Formula | str, *, finite: bool = False) -> Formula:

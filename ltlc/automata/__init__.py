@@ -10,6 +10,7 @@ from ltlc.automata.canonical import canonical
 from ltlc.automata.compare import counterexample, equivalent, included, is_empty
 from ltlc.automata.emerson_lei import LetterEdge
 from ltlc.automata.finite import DFA
+from ltlc.automata.forms import with_form
 from ltlc.automata.languages import equivalent_states
 from ltlc.automata.marks import buchi_edges, simplify_marks
 from ltlc.automata.pair_choice import limit_deterministic
@@ -42,4 +43,5 @@ __all__ = [
     "simplify_marks",
     "to_parity",
     "to_transition_based",
+    "with_form",
 ]

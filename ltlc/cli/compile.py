@@ -43,6 +43,7 @@ def compile_(
         ),
     ] = None,
     finite: flags.Finite = False,
+    form_: flags.Form = "rabin",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     effort: flags.Effort = "default",
@@ -79,13 +80,15 @@ def compile_(
     def translated(text: str) -> DRA | DFA:
         if finite:
             return compile(text, finite=True, max_states=max_states, timeout=timeout)
-        return compile(text, **options._asdict())
+        return compile(text, form=form_, **options._asdict())
 
     targets = output or (["-"] if form else [])
     if (formula is None) == (formulas is None):
         raise InvalidArgumentError("give either a FORMULA or, with -F, a file of formulas")
     if form and "-" not in targets:
         raise InvalidArgumentError("--format is for standard output; the suffix of -o says the format of a file")
+    if finite and form_ != "rabin":
+        raise InvalidArgumentError("--form is about infinite words; an automaton over finite traces has one form")
     if json_ and "-" in targets:
         raise InvalidArgumentError("--json and the automaton cannot both go to standard output")
     check_targets(targets)

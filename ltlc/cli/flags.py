@@ -100,6 +100,10 @@ Goal = Annotated[
     Literal["reach", "end"],
     typer.Option("--goal", help="Satisfy a formula about finite traces at some time, or where the episode ends."),
 ]
+Form = Annotated[
+    Literal["rabin", "parity", "buchi", "co-buchi"],
+    typer.Option("--form", help="Give the pairs a special form, with acceptance on transitions."),
+]
 MaxStates = Annotated[
     int,
     typer.Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),

@@ -7,6 +7,8 @@ References:
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
@@ -20,31 +22,84 @@ def to_hoa(automaton: DRA | DFA) -> str:
     Every mark of a state is written at the state, every mark of a transition at the transition, so that reading gives
     the same tables back. The same automaton gives the same bytes. An automaton over finite traces has the header
     `Words: finite`, which other tools refuse, since its capital letter says that it changes what is accepted; a trace
-    may then end in the states of Inf(1).
+    may then end in the states of Inf(1). One in a special form (`ltlc.automata.with_form`) has that form's name and
+    condition.
     """
+    if isinstance(automaton, DRA) and automaton.forms & set(_NAMED):
+        return _named(automaton)
     n_pairs = automaton.n_pairs
     pairs = [f"Fin({2 * i}) & Inf({2 * i + 1})" for i in range(n_pairs)]
     condition = pairs[0] if n_pairs == 1 else " | ".join(f"({pair})" for pair in pairs) or "f"
     where = "state-acc" if automaton.acceptance == "state" else "trans-acc"
-    lines = ["HOA: v1", f'tool: "ltlc" {_string(__version__)}']
-    if automaton.formula is not None:
-        lines.append(f"name: {_string(automaton.formula)}")
-    lines += [
-        f"States: {automaton.n_states}",
-        f"Start: {automaton.initial_state}",
-        " ".join([f"AP: {len(automaton.aps)}", *map(_string, automaton.aps)]),
+    lines = [
+        *_head(automaton),
         f"acc-name: Rabin {n_pairs}",
         f"Acceptance: {2 * n_pairs} {condition}",
         *(["Words: finite"] if isinstance(automaton, DFA) else []),
         f"properties: trans-labels explicit-labels {where} deterministic complete",
         "--BODY--",
-        *_body(automaton),
+        *_body(automaton, _rabin_marks),
         "--END--",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _body(automaton: DRA | DFA) -> list[str]:
+def _head(automaton: DRA | DFA) -> list[str]:
+    lines = ["HOA: v1", f'tool: "ltlc" {_string(__version__)}']
+    if automaton.formula is not None:
+        lines.append(f"name: {_string(automaton.formula)}")
+    return [
+        *lines,
+        f"States: {automaton.n_states}",
+        f"Start: {automaton.initial_state}",
+        " ".join([f"AP: {len(automaton.aps)}", *map(_string, automaton.aps)]),
+    ]
+
+
+_NAMED = ("parity", "buchi", "co-buchi")
+_Marks = Callable[[tuple[int, ...], tuple[int, ...]], str]
+"""The marks of an edge in HOA, given the pairs whose fin and inf contain it."""
+
+
+def _named(automaton: DRA) -> str:
+    """The automaton under the name of its form; see `ltlc.automata.forms`."""
+    marks: _Marks
+    if "parity" in automaton.forms:
+        # An edge in fin of the first k pairs has colour 2 k, and 2 k + 1 if it is in inf of pair k.
+        n = 2 * automaton.n_pairs + int(automaton.fin.all(axis=0).any())
+        condition = "Fin(0)"
+        for colour in range(1, n):
+            inner = condition if colour == 1 else f"({condition})"
+            condition = f"Inf({colour}) | {inner}" if colour % 2 else f"Fin({colour}) & {inner}"
+        name = f"parity max odd {n}"
+        properties = " colored"
+
+        def marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
+            return f" {{{2 * len(fin) + bool(inf)}}}"
+    elif "buchi" in automaton.forms:
+        n, name, condition, properties = 1, "Buchi", "Inf(0)", ""
+
+        def marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
+            return " {0}" if inf else ""
+    else:
+        n, name, condition, properties = 1, "co-Buchi", "Fin(0)", ""
+
+        def marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
+            return " {0}" if fin else ""
+
+    lines = [
+        *_head(automaton),
+        f"acc-name: {name}",
+        f"Acceptance: {n} {condition}",
+        f"properties: trans-labels explicit-labels trans-acc{properties} deterministic complete",
+        "--BODY--",
+        *_body(automaton, marks),
+        "--END--",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _body(automaton: DRA | DFA, marks: _Marks) -> list[str]:
     numbers = [str(i) for i in range(len(automaton.aps))]
     labels: dict[tuple[int, ...], str] = {}
     lines: list[str] = []
@@ -53,15 +108,15 @@ def _body(automaton: DRA | DFA) -> list[str]:
         check_time()
         if edge.source == n_listed:
             name = "" if automaton.state_names is None else " " + _string(automaton.state_names[n_listed])
-            lines.append(f"State: {n_listed}{name}{_marks(*state_marks(automaton, n_listed))}")
+            lines.append(f"State: {n_listed}{name}{_rabin_marks(*state_marks(automaton, n_listed))}")
             n_listed += 1
         if edge.classes not in labels:
             labels[edge.classes] = automaton.alphabet.guard(edge.classes).text(numbers, "t", "f")
-        lines.append(f"[{labels[edge.classes]}] {edge.target}{_marks(edge.fin, edge.inf)}")
+        lines.append(f"[{labels[edge.classes]}] {edge.target}{marks(edge.fin, edge.inf)}")
     return lines
 
 
-def _marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
+def _rabin_marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:
     sets = sorted([2 * i for i in fin] + [2 * i + 1 for i in inf])
     return f" {{{' '.join(map(str, sets))}}}" if sets else ""
 

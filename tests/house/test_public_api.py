@@ -66,6 +66,7 @@ def test_signature_of_compile() -> None:
     parameters = inspect.signature(ltlc.compile).parameters.values()
     assert [(p.name, p.default) for p in parameters if p.kind is p.KEYWORD_ONLY] == [
         ("finite", False),
+        ("form", "rabin"),
         ("acceptance", "state"),
         ("translator", "auto"),
         ("effort", "default"),
