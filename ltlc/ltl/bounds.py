@@ -15,6 +15,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ltlc.budget import check_time
+from ltlc.ltl.finite import WeakNext
 from ltlc.ltl.formula import (
     Always,
     And,
@@ -41,29 +42,44 @@ class Bound(NamedTuple):
     """None: without end."""
 
 
-def bounded_prefix(operator: Placed, operand: Formula) -> Formula:
+def bounded_prefix(operator: Placed, operand: Formula, finite: bool) -> Formula:
     """The formula of a prefix operator with a bound, such as `F[2:5]`, `G<=3` or `X[4]`.
+
+    On finite traces F looks for a distance in the bound that the trace has, and G speaks about those that it has.
+
+    Args:
+        operator: the operator with its bound.
+        operand: what it is about.
+        finite: whether the formula is about finite traces.
 
     Raises:
         Unbuildable: the bound is empty, too large, or none of this operator.
     """
     sign, bound = _split(operator)
+    _check_size(operator, bound, operand)
     if sign == "X":
         if bound.first != bound.last:
             raise _misfit(operator, "says no single distance", "write X[3] for three steps")
-        _check_size(operator, bound, operand)
-        return _later(bound.first, operand)
-    _check_size(operator, bound, operand)
+        return _repeated(bound.first, operand, Next)
     if sign in ("F", "<>"):
-        return _nested(bound, operand, Eventually, lambda rest: Or(operand, rest))
-    return _nested(bound, operand, Always, lambda rest: And(operand, rest))
+        inner = _nested(bound, operand, Eventually(operand), lambda f: Or(operand, Next(f)))
+        return _repeated(bound.first, inner, Next)
+    weak: type[Formula] = WeakNext if finite else Next
+    inner = _nested(bound, operand, Always(operand), lambda f: And(operand, weak(f)))
+    return _repeated(bound.first, inner, weak)
 
 
-def bounded_infix(left: Formula, operator: Placed, right: Formula) -> Formula:
+def bounded_infix(left: Formula, operator: Placed, right: Formula, finite: bool) -> Formula:
     """The formula of a binary operator with a bound, such as `a U[2:5] b` or `a W<=3 b`.
 
     `a U[m:n] b`: b holds at some distance in the bound, and a at all smaller distances. `R` is its dual, and as without
     a bound `a W b` is `b R (a | b)` and `a M b` is `b U (a & b)`.
+
+    Args:
+        left: the left operand.
+        operator: the operator with its bound.
+        right: the right operand.
+        finite: whether the formula is about finite traces.
 
     Raises:
         Unbuildable: the bound is empty or too large.
@@ -74,28 +90,20 @@ def bounded_infix(left: Formula, operator: Placed, right: Formula) -> Formula:
         left, right, sign = right, Or(left, right), "R"
     elif sign == "M":
         left, right, sign = right, And(left, right), "U"
-    near = Bound(0, None if bound.last is None else bound.last - bound.first)
     if sign == "U":
-        inner = _nested(near, right, lambda _: Until(left, right), lambda f: Or(right, And(left, f)))
-        return _before(bound.first, inner, lambda f: And(left, Next(f)))
-    inner = _nested(near, right, lambda _: Release(left, right), lambda f: And(right, Or(left, f)))
-    return _before(bound.first, inner, lambda f: Or(left, Next(f)))
+        inner = _nested(bound, right, Until(left, right), lambda f: Or(right, And(left, Next(f))))
+        return _repeated(bound.first, inner, lambda f: And(left, Next(f)))
+    weak: type[Formula] = WeakNext if finite else Next
+    inner = _nested(bound, right, Release(left, right), lambda f: And(right, Or(left, weak(f))))
+    return _repeated(bound.first, inner, lambda f: Or(left, weak(f)))
 
 
-def _nested(
-    bound: Bound, operand: Formula, unbounded: Callable[[Formula], Formula], again: Callable[[Formula], Formula]
-) -> Formula:
-    """X ... X again(X again(... operand)), or X ... X unbounded(operand)."""
-    if bound.last is None:
-        return _later(bound.first, unbounded(operand))
-    return _later(bound.first, _before(bound.last - bound.first, operand, lambda f: again(Next(f))))
+def _nested(bound: Bound, last: Formula, unbounded: Formula, again: Callable[[Formula], Formula]) -> Formula:
+    """What an operator says from the first distance of its bound on."""
+    return unbounded if bound.last is None else _repeated(bound.last - bound.first, last, again)
 
 
-def _later(steps: int, formula: Formula) -> Formula:
-    return _before(steps, formula, Next)
-
-
-def _before(steps: int, formula: Formula, step: Callable[[Formula], Formula]) -> Formula:
+def _repeated(steps: int, formula: Formula, step: Callable[[Formula], Formula]) -> Formula:
     for number in range(steps):
         if not number & 255:
             check_time()

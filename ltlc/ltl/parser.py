@@ -156,7 +156,7 @@ def _builders(finite: bool) -> SimpleNamespace:
     builders.true = lambda operands: TRUE
     builders.false = lambda operands: FALSE
     builders.prefix = lambda operands: _prefixed(operands[0], operands[1], finite)
-    builders.infix = lambda operands: _infixed(*operands)
+    builders.infix = lambda operands: _infixed(operands[0], operands[1], operands[2], finite)
     return builders
 
 
@@ -173,7 +173,7 @@ def _prefixed(sign: Placed, operand: Formula, finite: bool) -> Formula:
     if sign in PAST_PREFIX:
         return _past(sign, _PAST_NODES[PAST_PREFIX[sign]], operand)
     if sign not in WEAK_NEXT and "!" not in sign:
-        return bounded_prefix(sign, operand)
+        return bounded_prefix(sign, operand, finite)
     if finite:
         return WeakNext(operand) if sign in WEAK_NEXT else Next(operand)
     raise Unbuildable(
@@ -184,11 +184,11 @@ def _prefixed(sign: Placed, operand: Formula, finite: bool) -> Formula:
 _FINITE = "words are infinite here, where every position has a next one: write X, or say that traces are finite"
 
 
-def _infixed(left: Formula, sign: Placed, right: Formula) -> Formula:
+def _infixed(left: Formula, sign: Placed, right: Formula, finite: bool) -> Formula:
     """The formula of a binary operator that is a word, or has a bound."""
     if sign in PAST_INFIX:
         return _past(sign, _PAST_NODES[PAST_INFIX[sign]], left, right)
-    return bounded_infix(left, sign, right)
+    return bounded_infix(left, sign, right, finite)
 
 
 def _past(sign: Placed, node: Callable[..., Formula], *operands: Formula) -> Formula:
