@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, evaluate, faithful, listing, monitor, reproduce, show, solve, train
+from ltlc.cli import check, compile, evaluate, explain, faithful, listing, monitor, reproduce, show, solve, train
 from ltlc.cli.messages import complain, complain_of_system, shown_once
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.registry import import_plugins
@@ -30,6 +30,7 @@ def application() -> typer.Typer:
         show.show,
         check.check,
         monitor.monitor,
+        explain.explain,
         train.train,
         evaluate.evaluate,
         solve.solve,

@@ -7,6 +7,7 @@ Examples: docs/examples.md.
 """
 
 from ltlc.ltl.diagnosis import LtlSyntaxWarning
+from ltlc.ltl.english import misreadings, to_english
 from ltlc.ltl.finite import LAST, WeakNext
 from ltlc.ltl.formula import (
     FALSE,
@@ -76,6 +77,7 @@ __all__ = [
     "fold",
     "is_pure_eventuality",
     "is_pure_universality",
+    "misreadings",
     "nnf",
     "parse",
     "parse_letter",
@@ -87,5 +89,6 @@ __all__ = [
     "satisfies",
     "satisfies_trace",
     "simplify",
+    "to_english",
     "to_text",
 ]

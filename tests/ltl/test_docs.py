@@ -13,6 +13,7 @@ MODULES = [
     "bounds",
     "context",
     "diagnosis",
+    "english",
     "finite",
     "formula",
     "grammar",
