@@ -1,27 +1,22 @@
 """The grammar `ltlc/grammars/ltl.lark` at work: text to tokens, tokens to a value.
 
-Lark reads the grammar and works out its terminals and its LALR(1) table; both are run here, because most of what its
+Lark works out its terminals and its LALR(1) table (`ltlc/ltl/tables.py`); both are run here, because most of what its
 own loop does for this grammar is to walk up the levels of precedence, one reduction after the other, for each operand.
 Here such a chain is followed once and remembered.
-
-References:
-    Frank DeRemer and Thomas Pennello, Efficient computation of LALR(1) look-ahead sets, ACM TOPLAS 4(4), 1982,
-    doi:10.1145/69622.357187.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from itertools import chain
 from typing import Any, NamedTuple, Self
 
 from ltlc.budget import check_time
+from ltlc.ltl.tables import Rule, load
 
 END = "$END"
 """The kind of what follows the last token."""
-UNKNOWN = "_UNKNOWN"
-"""The kind of a character with which no token starts."""
 
 
 class Token(NamedTuple):
@@ -107,32 +102,16 @@ class Grammar:
         is_suspect: Callable[[str], bool],
         in_context: Callable[[Iterator[Token]], Iterator[Token]],
     ) -> None:
-        from lark import Lark
-        from lark.parsers.lalr_analysis import Shift
-
-        lark = Lark.open_from_package(
-            "ltlc.grammars", "ltl.lark", parser="lalr", lexer="basic", transformer=builders, maybe_placeholders=False
-        )
-        # In the order in which Lark tries them.
-        terminals = sorted(
-            lark.terminals, key=lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name)
-        )
-        ignored = "|".join(t.pattern.to_regexp() for t in terminals if t.name in lark.ignore_tokens)
-        named = [f"(?P<{t.name}>{t.pattern.to_regexp()})" for t in terminals if t.name not in lark.ignore_tokens]
-        self._pattern = re.compile("|".join([ignored, *named, f"(?P<{UNKNOWN}>(?s:.))"]))
-
+        tables = load()
+        self._pattern = re.compile(tables.pattern)
         self._is_suspect, self._in_context = is_suspect, in_context
-
-        table = lark.parse_interactive("").parser_state.parse_conf
-        self._first_state: int = table.start_state
-        self._last_state: int = table.end_state
+        self._first_state, self._last_state = 0, tables.last_state
+        reductions = [Reduction(rule.size, _build(rule, builders), rule.result, rule.is_chain) for rule in tables.rules]
         # state -> kind of the next token, or nonterminal just completed -> next state or reduction
-        self._actions: dict[int, dict[str, int | Reduction]] = {}
-        for state, row in table.states.items():
-            self._actions[state] = {
-                str(symbol): target if action is Shift else _reduction(target, table.callbacks)
-                for symbol, (action, target) in row.items()
-            }
+        self._actions: list[dict[str, int | Reduction]] = [
+            {symbol: target if target >= 0 else reductions[-1 - target] for symbol, target in row.items()}
+            for row in tables.actions
+        ]
         self._known: dict[tuple[int, str, str], int] = {}
 
     def scan(self, text: str) -> Iterator[Token]:
@@ -200,7 +179,21 @@ class Grammar:
             name = action.result
 
 
-def _reduction(rule: Any, callbacks: Mapping[Any, Callable[[list[Any]], Any]]) -> Reduction:
-    size = len(rule.expansion)
-    is_chain = size == 1 and rule.options.expand1 and rule.alias is None
-    return Reduction(size, callbacks[rule], str(rule.origin.name), is_chain)
+def _build(rule: Rule, builders: object) -> Callable[[list[Any]], Any]:
+    """How the operands of a rule become one value."""
+    kept, spliced = rule.kept, frozenset(rule.spliced)
+    if not rule.name and len(kept) == 1 and not rule.result.startswith("_"):
+        (place,) = kept
+        return lambda operands: operands[place]
+    finish: Callable[[list[Any]], Any] = getattr(builders, rule.name) if rule.name else list
+
+    def build(operands: list[Any]) -> Any:
+        values: list[Any] = []
+        for i in kept:
+            if i in spliced:
+                values += operands[i]
+            else:
+                values.append(operands[i])
+        return finish(values)
+
+    return build

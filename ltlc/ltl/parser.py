@@ -40,7 +40,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
     Xor,
 )
-from ltlc.ltl.grammar import UNKNOWN, Grammar, Misfit, Placed, Unbuildable
+from ltlc.ltl.grammar import Grammar, Misfit, Placed, Unbuildable
 from ltlc.ltl.lbt import prefix_notation
 from ltlc.ltl.past import (
     Historically,
@@ -51,6 +51,7 @@ from ltlc.ltl.past import (
     WeakYesterday,
     Yesterday,
 )
+from ltlc.ltl.tables import UNKNOWN
 
 
 def parse(text: str, *, finite: bool = False) -> Formula:

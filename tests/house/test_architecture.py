@@ -233,6 +233,10 @@ def test_importing_ltlc_loads_nothing_else() -> None:
     assert run_python("import sys, ltlc; print(*sorted(m for m in sys.modules if 'numpy' in m or 'lark' in m))") == ""
 
 
+def test_compiling_asks_lark_nothing() -> None:
+    assert run_python("import sys, ltlc; ltlc.compile('F(A & F B) & G!C'); print('lark' in sys.modules)") == "False"
+
+
 def test_compiling_loads_nothing_heavy() -> None:
     code = f"import sys, ltlc; ltlc.compile('F(A & F B) & G!C'); print(*[m for m in {HEAVY} if m in sys.modules])"
     assert run_python(code) == ""

@@ -97,7 +97,7 @@ def test_every_module_and_grammar_is_in_the_wheel(dist: Path) -> None:
         names = {name for name in wheel.namelist() if not name.endswith("/")}
     assert {PurePosixPath(name).parts[0].partition("-")[0] for name in names} == {"ltlc"}
     assert {name for name in names if name.startswith("ltlc/")} == expected
-    assert {"ltlc/agents/__init__.py", "ltlc/grammars/ltl.lark", "ltlc/py.typed"} <= names
+    assert {"ltlc/agents/__init__.py", "ltlc/grammars/ltl.lark", "ltlc/grammars/ltl.json", "ltlc/py.typed"} <= names
 
 
 @pytest.mark.build
@@ -115,7 +115,8 @@ def test_wheel_metadata(dist: Path) -> None:
 def test_sdist_can_build_and_explain_itself(dist: Path) -> None:
     with tarfile.open(next(dist.glob("*.tar.gz"))) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
-    assert {"pyproject.toml", "setup.py", "README.md", "LICENSE", "agents/__init__.py", "grammars/ltl.lark"} <= names
+    assert {"pyproject.toml", "setup.py", "README.md", "LICENSE", "agents/__init__.py"} <= names
+    assert {"grammars/ltl.lark", "grammars/ltl.json"} <= names
 
 
 def test_versions_agree() -> None:

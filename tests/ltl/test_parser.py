@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from importlib.resources import files
 from typing import Any
 
 import pytest
@@ -31,8 +32,9 @@ from ltlc.ltl import (
     propositions,
     read_formulas,
 )
-from ltlc.ltl.grammar import UNKNOWN, Misfit
+from ltlc.ltl.grammar import Misfit
 from ltlc.ltl.parser import _builders, _grammar
+from ltlc.ltl.tables import UNKNOWN, as_json, load, work_out
 
 a, b, c, d = map(Proposition, "abcd")
 
@@ -124,6 +126,13 @@ def test_formula_files() -> None:
     expected = [(2, "F a"), (5, 'G "x#1" & b'), (6, '"a//b" U c'), (8, "X d")]
     assert list(read_formulas(text)) == expected
     assert list(read_formulas(text.splitlines(keepends=True))) == expected
+
+
+def test_the_tables_that_are_kept_are_those_of_the_grammar() -> None:
+    folder = files("ltlc.grammars")
+    grammar = folder.joinpath("ltl.lark").read_text(encoding="utf-8")
+    assert folder.joinpath("ltl.json").read_text(encoding="utf-8") == as_json(grammar)  # else: `ltlc.ltl.tables.keep`
+    assert load() == work_out(grammar)
 
 
 # --- against Lark's own loop ------------------------------------------------------------------------------------------
