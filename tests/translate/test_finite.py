@@ -116,7 +116,8 @@ def test_one_language_has_one_automaton() -> None:
         ("a & Y b", "false", "X a & last"),
         ("F(last & O b)", "F b"),
         ("F(last & (a S b))", "F(b & WX G a)"),
-        ("G[0:1] a", "a & X a"),
+        ("G[0:1] a", "a & WX a"),
+        ("F[0:1] a", "a | X a"),
     ):
         padded = (parse(f"(a | !a) & (b | !b) & ({text})", finite=True) for text in texts)
         assert len({to_json(translate_finite(formula, text="")) for formula in padded}) == 1, texts
