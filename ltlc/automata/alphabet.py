@@ -95,10 +95,41 @@ class Alphabet:
         """Shape (n_classes,), int32; the smallest letter of each class."""
         return first_positions(self.letter_class)
 
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The propositions as LTL syntax reads them back, in double quotes if need be."""
+        return tuple(map(quoted, self.aps))
+
+    @cached_property
+    def _extent(self) -> tuple[list[int], list[int], list[int]]:
+        """Per class, what all of its valuations of the relevant propositions have, what some have, and their number."""
+        order = np.argsort(self.relevant_class, kind="stable")
+        sizes = np.bincount(self.relevant_class)
+        starts = np.cumsum(sizes) - sizes
+        everywhere, somewhere = (f.reduceat(order, starts).tolist() for f in (np.bitwise_and, np.bitwise_or))
+        return everywhere, somewhere, sizes.tolist()
+
+    def _literals(self, classes: Iterable[int]) -> tuple[tuple[int, bool], ...] | None:
+        """The literals whose conjunction is true of exactly these classes, or None if it is no conjunction."""
+        everywhere, somewhere, sizes = self._extent
+        low, high, size = -1, 0, 0
+        for c in classes:
+            low &= everywhere[c]
+            high |= somewhere[c]
+            size += sizes[c]
+        free = high & ~low
+        if size != 1 << free.bit_count():
+            return None
+        return tuple((name, bool(low >> i & 1)) for i, name in enumerate(self.relevant) if not free >> i & 1)
+
     def guard(self, classes: Iterable[int]) -> Guard:
         """A short formula that is true of exactly the letters of these classes."""
+        classes = tuple(classes)
+        literals = self._literals(classes) if classes else None
+        if literals is not None:
+            return Guard(True, (literals,))
         chosen = np.zeros(int(self.relevant_class.max()) + 1, dtype=np.bool_)
-        chosen[list(classes)] = True
+        chosen[np.array(classes, dtype=np.int64)] = True
         column = chosen[self.relevant_class]
         needed = support(column)
         guard = shortest_guard(truth_table(project(column, needed)), len(needed))
@@ -117,7 +148,7 @@ def guard_text(source: HasLetters, classes: Iterable[int]) -> str:
     alphabet = source if isinstance(source, Alphabet) else getattr(source, "alphabet", None)
     if not isinstance(alphabet, Alphabet):
         alphabet = Alphabet(source.aps, source.letter_class)
-    return alphabet.guard(classes).text([quoted(name) for name in alphabet.aps])
+    return alphabet.guard(classes).text(alphabet.names)
 
 
 def quoted(name: str) -> str:

@@ -17,6 +17,7 @@ from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
+from ltlc.graph import bits
 from ltlc.ltl.formula import And, Constant, Formula, Iff, Implies, Not, Or, Proposition, Xor
 from ltlc.ltl.traversal import postorder
 
@@ -43,17 +44,23 @@ def edges(automaton: DRA | DFA) -> list[LabelledEdge]:
 
     The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
     """
-    order = np.argsort(np.unique(automaton.letter_class, return_index=True)[1]).tolist()
-    on_edges = automaton.acceptance == "transition"
+    order = np.argsort(automaton.alphabet.first_letter, kind="stable")
+    rows = automaton.delta[:, order].tolist()
+    classes = order.tolist()
+    marked = (
+        automaton.marks[:, order].tolist() if automaton.acceptance == "transition" else [[0] * len(classes)] * len(rows)
+    )
+    pairs: dict[int, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     result: list[LabelledEdge] = []
-    for source, row in enumerate(automaton.delta.tolist()):
+    for source, (row, marks) in enumerate(zip(rows, marked, strict=True)):
         check_time()
-        groups: dict[tuple[int, tuple[int, ...], tuple[int, ...]], list[int]] = {}
-        for c in order:
-            fin = _indices(automaton.fin[:, source, c]) if on_edges else ()
-            inf = _indices(automaton.inf[:, source, c]) if on_edges else ()
-            groups.setdefault((row[c], fin, inf), []).append(c)
-        result.extend(LabelledEdge(source, key[0], tuple(group), key[1], key[2]) for key, group in groups.items())
+        groups: dict[tuple[int, int], list[int]] = {}
+        for target, mark, c in zip(row, marks, classes, strict=True):
+            groups.setdefault((target, mark), []).append(c)
+        for (target, mark), group in groups.items():
+            if mark not in pairs:
+                pairs[mark] = _pairs_with(mark, 0), _pairs_with(mark, 1)
+            result.append(LabelledEdge(source, target, tuple(group), *pairs[mark]))
     return result
 
 
@@ -76,6 +83,11 @@ def arrows(automaton: DRA | DFA, hidden: Collection[int]) -> dict[tuple[int, int
         if edge.source not in hidden and edge.target not in hidden:
             result.setdefault((edge.source, edge.target), []).append(edge)
     return result
+
+
+def _pairs_with(marks: int, place: int) -> tuple[int, ...]:
+    """The pairs with Fin (place 0) or Inf (place 1) among marks as in `DRA.marks`."""
+    return tuple(m // 2 for m in bits(marks) if m % 2 == place)
 
 
 def _indices(column: BoolArray) -> tuple[int, ...]:

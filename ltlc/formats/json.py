@@ -57,29 +57,29 @@ def to_json(automaton: DRA | DFA) -> str:
     if is_finite:
         del head["translator"], head["acceptance"], head["n_pairs"]
     lines = [f"  {_compact(key)}: {_compact(value)}" for key, value in head.items()]
-    lines.append(_block("states", states))
+    lines.append(_block("states", list(map(_compact, states))))
     lines.append(_block("transitions", _transitions(automaton)))
     if is_finite:
         lines.append(f'  "accepting": {_compact(np.flatnonzero(automaton.inf[0]).tolist())}')
     elif not isinstance(automaton, DFA) and automaton.acceptance == "state":
-        lines.append(_block("pairs", [{"B": sorted(pair.fin), "G": sorted(pair.inf)} for pair in automaton.pairs]))
+        lines.append(_block("pairs", [_compact({"B": sorted(p.fin), "G": sorted(p.inf)}) for p in automaton.pairs]))
     lines.append(f'  "deadlocks": {_compact(list(deadlocks))}')
     lines.append(f'  "accepting_sinks": {_compact(list(sinks))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def _transitions(automaton: DRA | DFA) -> list[dict[str, Any]]:
+def _transitions(automaton: DRA | DFA) -> list[str]:
+    """Each transition as JSON; written by hand, since there may be very many."""
     known: dict[tuple[int, ...], str] = {}
     result = []
-    for edge in edges(automaton):
+    on_edges = automaton.acceptance == "transition"
+    for source, target, classes, fin, inf in edges(automaton):
         check_time()
-        guard = known.get(edge.classes)
+        guard = known.get(classes)
         if guard is None:
-            guard = known[edge.classes] = guard_text(automaton, edge.classes)
-        transition: dict[str, Any] = {"source": edge.source, "target": edge.target, "guard": guard}
-        if automaton.acceptance == "transition":
-            transition |= {"B": list(edge.fin), "G": list(edge.inf)}
-        result.append(transition)
+            guard = known[classes] = _compact(guard_text(automaton, classes))
+        marks = f', "B": {list(fin)}, "G": {list(inf)}' if on_edges else ""
+        result.append(f'{{"source": {source}, "target": {target}, "guard": {guard}{marks}}}')
     return result
 
 
@@ -87,8 +87,8 @@ def _compact(value: object) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def _block(key: str, entries: Sequence[object]) -> str:
-    body = ",\n".join(f"    {_compact(entry)}" for entry in entries)
+def _block(key: str, entries: Sequence[str]) -> str:
+    body = ",\n".join(f"    {entry}" for entry in entries)
     return f'  "{key}": [\n{body}\n  ]' if entries else f'  "{key}": []'
 
 

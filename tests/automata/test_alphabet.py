@@ -140,3 +140,16 @@ def test_grouped_positions_are_those_that_no_partition_tells_apart(size: int, mo
         distinct = list(dict.fromkeys(keys))
         assert group.tolist() == [distinct.index(key) for key in keys]
         assert [row.tolist() for row in places] == [list(column) for column in zip(*distinct, strict=True)]
+
+
+def test_conjunctions_are_written_as_the_covers_write_them() -> None:
+    rng = random.Random(9)
+    for _ in range(200):
+        n_aps = rng.randint(1, 5)
+        fixed = {i: rng.random() < 0.5 for i in range(n_aps) if rng.random() < 0.6}
+        letters = [k for k in range(1 << n_aps) if all(bool(k >> i & 1) == sign for i, sign in fixed.items())]
+        order = list(range(1 << n_aps))
+        rng.shuffle(order)  # every letter is a class of its own, numbered in any order
+        alphabet = Alphabet(tuple("abcde"[:n_aps]), np.array(order, dtype=np.int32))
+        found = alphabet.guard([order[k] for k in letters])
+        assert found == shortest_guard(sum(1 << k for k in letters), n_aps)
