@@ -11,6 +11,7 @@ import typer
 from ltlc.cli import flags
 from ltlc.cli.inputs import formula_text, given_automaton
 from ltlc.cli.messages import complain
+from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.automata import DFA, DRA
@@ -25,6 +26,9 @@ def check(
             "--word", "-w", metavar="WORD", help="Letters and a cycle, as in 'a; b & c; cycle{!a}'. May be repeated."
         ),
     ],
+    table: Annotated[
+        bool, typer.Option("--table", help="Show where on each word every part of the formula holds.")
+    ] = False,
     finite: flags.Finite = False,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
@@ -40,20 +44,25 @@ def check(
     Examples:
       ltlc check "G(a -> F b)" --word "a; b; cycle{!a}"
       ltlc check dra.json -w "cycle{goal}" -w "trap; cycle{goal}"
-      ltlc check --finite "F a" --word "b; a"
+      ltlc check --finite "F a" --word "b; a" --table
     """
     from ltlc.automata import DFA
     from ltlc.budget import time_limit
     from ltlc.ltl import Formula, LassoWord, Proposition, parse, parse_trace, parse_word, propositions
     from ltlc.translate import Options
 
+    if json_ and table:
+        raise InvalidArgumentError("--table is for people; leave --json out")
     Options(timeout=timeout).checked()
     with time_limit(source, timeout):
         given = given_automaton(source)
         subject = parse(given, finite=finite) if isinstance(given, str) else given
         finite = finite if isinstance(subject, Formula) else isinstance(subject, DFA)
         known = propositions(subject) if isinstance(subject, Formula) else subject.aps
+        if table and not isinstance(subject, Formula):
+            raise InvalidArgumentError("--table is about the parts of a formula, and an automaton has none")
         verdicts = []
+        tables = []
         for argument in word:
             text = formula_text(argument)
             read = parse_trace(text) if finite else parse_word(text)
@@ -62,6 +71,8 @@ def check(
             if strange:
                 names = ", ".join(str(Proposition(name)) for name in sorted(strange))
                 complain(f"warning: nothing in {source} depends on {names}")
+            if table and isinstance(subject, Formula):
+                tables.append(_table(subject, read, letters))
             verdicts.append((" ".join(text.split()), *_judge(subject, read, known)))
     if json_:
         entries = [dict(zip(("word", "accepted", "violated"), verdict, strict=True)) for verdict in verdicts]
@@ -70,6 +81,8 @@ def check(
         for text, accepted, violated in verdicts:
             reason = f"  (does not satisfy {' and '.join(violated)})" if violated else ""
             print(f"{'accepted' if accepted else 'rejected'}: {text}{reason}")
+            if table:
+                print(tables.pop(0))
     if not all(accepted for _, accepted, _ in verdicts):
         raise typer.Exit(1)
 
@@ -94,3 +107,21 @@ def _judge(
     assert isinstance(word, LassoWord)
     prefix, cycle = ([letter & set(known) for letter in letters] for letters in (word.prefix, word.cycle))
     return subject.accepts(prefix, cycle), []
+
+
+def _table(formula: Formula, word: LassoWord | tuple[Letter, ...], letters: tuple[Letter, ...]) -> str:
+    """A row for each part of the formula, a column for each letter; | stands before the cycle."""
+    from ltlc.ltl import Proposition, truth_by_position
+
+    truth, start = truth_by_position(formula, word)
+    n = len(truth[formula])
+    shown = [letters[i] if i < len(letters) else word.cycle[(i - n) % len(word.cycle)] for i in range(n)]  # type: ignore[union-attr]
+    heads = [" ".join(str(Proposition(name)) for name in sorted(letter)) or "-" for letter in shown]
+    rows = [("", heads), *((str(part), ["1" if holds else "." for holds in row]) for part, row in truth.items())]
+    width = max(len(name) for name, _ in rows)
+    widths = [max(len(cells[i]) for _, cells in rows) for i in range(n)]
+    lines = []
+    for name, cells in rows:
+        columns = [("| " if i == start else "") + cell.center(widths[i]) for i, cell in enumerate(cells)]
+        lines.append(f"  {name.ljust(width)}  {'  '.join(columns)}".rstrip())
+    return "\n".join(lines)

@@ -36,7 +36,7 @@ from ltlc.ltl.parser import parse, read_formulas
 from ltlc.ltl.past import Historically, Once, Since, Triggered, WeakYesterday, Yesterday
 from ltlc.ltl.printer import to_text
 from ltlc.ltl.rewrite import simplify
-from ltlc.ltl.semantics import LassoWord, Letter, satisfies, satisfies_trace
+from ltlc.ltl.semantics import LassoWord, Letter, satisfies, satisfies_trace, truth_by_position
 from ltlc.ltl.syntax import Syntax
 from ltlc.ltl.traversal import fold, postorder
 from ltlc.ltl.words import parse_letter, parse_trace, parse_word
@@ -91,4 +91,5 @@ __all__ = [
     "simplify",
     "to_english",
     "to_text",
+    "truth_by_position",
 ]

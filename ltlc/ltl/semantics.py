@@ -102,9 +102,7 @@ def satisfies(formula: Formula, word: LassoWord) -> bool:
     """
     check_type(formula, Formula, "formula", "what parse returns")
     check_type(word, LassoWord, "word", "a LassoWord, or what parse_word returns")
-    rounds = _depth_of_past(formula)
-    start = len(word.prefix) + len(word.cycle) * rounds
-    return _evaluate(formula, word.prefix + word.cycle * (rounds + 1), start)
+    return _unrolled(formula, word)[formula][0]
 
 
 def satisfies_trace(formula: Formula, trace: Sequence[Iterable[str]]) -> bool:
@@ -128,11 +126,50 @@ def satisfies_trace(formula: Formula, trace: Sequence[Iterable[str]]) -> bool:
     letters = tuple(map(_letter, trace))
     if not letters:
         raise InvalidArgumentError("a trace has at least one letter")
-    return _evaluate(formula, letters, None)
+    return _evaluate(formula, letters, None)[formula][0]
 
 
-def _evaluate(formula: Formula, letters: Sequence[Letter], start: int | None) -> bool:
-    """Truth at the first position.
+def truth_by_position(
+    formula: Formula, word: LassoWord | Sequence[Iterable[str]]
+) -> tuple[dict[Formula, tuple[bool, ...]], int | None]:
+    """Where on a word each subformula holds.
+
+    >>> from ltlc.ltl import parse, parse_word
+    >>> table, start = truth_by_position(parse("a U b"), parse_word("a; a; b; cycle{1}"))
+    >>> {str(part): row for part, row in table.items()}["a U b"], start
+    ((True, True, True, False), 3)
+
+    Args:
+        formula: any formula.
+        word: a lasso word, or the letters of a finite trace.
+
+    Returns:
+        The truth of each subformula, operands first, at the letters of the trace, or of the prefix and of one round of
+        the cycle; and where the cycle begins. With operators of the past there are more rounds before, until what they
+        say repeats itself.
+
+    Raises:
+        InvalidArgumentError: one of the two is something else.
+    """
+    check_type(formula, Formula, "formula", "what parse returns")
+    start: int | None = None
+    if isinstance(word, LassoWord):
+        values = _unrolled(formula, word)
+        start = len(values[formula]) - len(word.cycle)
+    else:
+        satisfies_trace(formula, word)
+        values = _evaluate(formula, tuple(map(_letter, word)), None)
+    return {part: tuple(row) for part, row in values.items()}, start
+
+
+def _unrolled(formula: Formula, word: LassoWord) -> dict[Formula, Sequence[bool]]:
+    rounds = _depth_of_past(formula)
+    start = len(word.prefix) + len(word.cycle) * rounds
+    return _evaluate(formula, word.prefix + word.cycle * (rounds + 1), start)
+
+
+def _evaluate(formula: Formula, letters: Sequence[Letter], start: int | None) -> dict[Formula, Sequence[bool]]:
+    """Truth of every subformula at every position.
 
     Args:
         formula: on all distinct subformulas of which positions are evaluated.
@@ -158,7 +195,7 @@ def _evaluate(formula: Formula, letters: Sequence[Letter], start: int | None) ->
         else:
             connective = _CONNECTIVES[type(node)]
             values[node] = [connective(row) for row in zip(*operands, strict=True)]
-    return values[formula][0]
+    return values
 
 
 def _depth_of_past(formula: Formula) -> int:

@@ -74,3 +74,23 @@ def test_train(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["train", "--finite", "--goal", "end", "F goal", *LAKE[1:5], "--agent", "q-learning", "--steps", "2000"]
     assert run([*command, "--out", "run", "--quiet"]) in (0, 1)
     assert run(["evaluate", "run", "--json"]) in (0, 1)
+
+
+def test_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "G(b -> O a)", "--word", "a; cycle{b; 1}", "--table"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "accepted: a; cycle{b; 1}",
+        "               a  b  -  | b  -",
+        "  b            .  1  .  | 1  .",
+        "  a            1  .  .  | .  .",
+        "  O a          1  1  1  | 1  1",
+        "  b -> O a     1  1  1  | 1  1",
+        "  G(b -> O a)  1  1  1  | 1  1",
+    ]
+    assert run(["check", "--finite", "X b", "-w", "a; b", "-w", "b", "--table"]) == 1
+    assert capsys.readouterr().out.splitlines()[1:4] == ["       a  b", "  b    .  1", "  X b  1  ."]
+    assert run(["check", "a", "-w", "cycle{a}", "--table", "--json"]) == 2
+    assert "--table is for people" in capsys.readouterr().err
+    assert run(["compile", "F a", "-o", "a.json"]) == 0
+    assert run(["check", "a.json", "-w", "cycle{a}", "--table"]) == 2
+    assert "--table is about the parts of a formula" in capsys.readouterr().err

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
+from random_ltl import random_with_past, random_word
 
 from ltlc.errors import InvalidArgumentError, LtlSyntaxError
 from ltlc.ltl import (
@@ -21,6 +24,7 @@ from ltlc.ltl import (
     parse_trace,
     satisfies,
     satisfies_trace,
+    truth_by_position,
 )
 
 a, b, last = map(Proposition, ("a", "b", "last"))
@@ -86,3 +90,25 @@ def test_wrong_traces(text: str, column: int, message: str) -> None:
         parse_trace(text)
     assert caught.value.column == column
     assert caught.value.hint
+
+
+def test_truth_by_position() -> None:
+    """What holds at position i is what holds after i steps."""
+    rng = random.Random(3)
+    for _ in range(60):
+        formula = random_with_past(rng, rng.randint(1, 7), ("a", "b"))
+        word = random_word(rng, ("a", "b"))
+        table, start = truth_by_position(formula, word)
+        assert start is not None
+        assert len(table[formula]) == start + len(word.cycle)
+        finite, nowhere = truth_by_position(formula, word.letters)
+        assert nowhere is None
+        for part, row in table.items():
+            later = part
+            for i, holds in enumerate(row):
+                assert satisfies(later, word) == holds, (str(part), str(word), i)
+                if i < len(word.letters):
+                    assert satisfies_trace(later, word.letters) == finite[part][i], (str(part), str(word), i)
+                later = Next(later)
+    with pytest.raises(InvalidArgumentError, match="at least one letter"):
+        truth_by_position(a, [])
