@@ -23,6 +23,11 @@ _FEWEST = 5
 """cells of each side of what two dimensions make an image, at least."""
 _SPREAD = 0.25
 """standard deviation of a bounded number below which it is magnified, of numbers scaled to [-1, 1]."""
+_NORMAL = 0.5
+"""standard deviation that others get, and so do bounded ones where there are many: of those, most say nothing at any
+time, and what they are then would drown the rest."""
+FEW = 32
+"""numbers of an observation, at most, that are taken as they are."""
 _MAGNIFIED = 25.0
 _CLIP = 5.0
 _LAYERS = {  # from this length of the longer side on: channels, kernel, stride
@@ -40,11 +45,12 @@ class Trunk(nn.Module):
     * A Box of three dimensions is an image, and so is one of whole numbers with two, from 5 x 5 on; a fourth dimension
       in front is a stack of images. Its channels are the dimension that the other two, being equal, leave over, or else
       the shorter of the first and the last. It passes two convolutions, and small ones, up to 32 x 32, are also seen as
-      they are.
-    * Whole numbers of 3 to 256 values in such a small image are codes: each gets 8 learned numbers of its own in each
+      they are. Grids of whole numbers up to 11 x 11 are only seen as they are: what is where, and not what is beside
+      what, says there where to go.
+    * Whole numbers of 3 to 256 values in a small image are codes: each gets 8 learned numbers of its own in each
       channel, beside its value. Numbers of 2 values are indicators, and stay.
     * Other numbers are scaled by their bounds; those without are normalised by running statistics, and so are those
-      whose statistics show that the bounds are far too wide.
+      whose statistics show that the bounds are far too wide, and all where there are more than 32.
 
     Args:
         encoder: of the observations.
@@ -134,13 +140,14 @@ class RunningStatistics(nn.Module):
         self.count.copy_(total)
 
     def forward(self, numbers: Tensor) -> Tensor:
-        """Normalise: deviation 1/2 where there are no bounds, at least about 1/4 where there are."""
+        """Normalise: deviation 1/2 where there are no bounds or many columns, at least about 1/4 elsewhere."""
+        kept = self.bounded & (len(self.bounded) <= FEW)
         deviation = (self.squares / self.count.clamp(min=1)).sqrt()
-        gain = (_SPREAD / deviation).clamp(1.0, _MAGNIFIED)
-        known = self.count > 0
-        free = torch.where(known & (deviation > 0), 0.5 / deviation.clamp(min=1e-8), torch.ones_like(deviation))
-        gain = torch.where(self.bounded, torch.where(known, gain, torch.ones_like(gain)), free)
-        center = torch.where(self.bounded, self.mean * (1 - 1 / gain), self.mean)
+        gain = torch.where(kept, _SPREAD, _NORMAL) / deviation.clamp(min=1e-8)
+        gain = torch.where(self.bounded, gain.clamp(max=_MAGNIFIED), gain)
+        gain = torch.where(kept, gain.clamp(min=1.0), gain)
+        gain = torch.where((self.count > 0) & (deviation > 0), gain, torch.ones_like(gain))
+        center = torch.where(kept, self.mean * (1 - 1 / gain), self.mean)
         return ((numbers - center.float()) * gain.float()).clamp(-_CLIP, _CLIP)
 
 
@@ -184,13 +191,13 @@ class Image(nn.Module):
         side = next(least for least in _LAYERS if max(height, width) >= least)
         layers: list[nn.Module] = []
         self.n_outputs = depth * height * width if self._small else 0
-        for out, kernel, stride in _LAYERS[side]:
+        for out, kernel, stride in () if leaf.sizes and not side else _LAYERS[side]:
             kernels = min(kernel, height), min(kernel, width)
             layers += [_convolution(depth, out, kernels, stride, generator), nn.ReLU()]
             height, width = ((size - k) // stride + 1 for size, k in zip((height, width), kernels, strict=True))
             depth = out
         self.layers = nn.Sequential(*layers)
-        self.n_outputs += depth * height * width
+        self.n_outputs += depth * height * width if layers else 0
 
     def cells(self, features: Tensor) -> Tensor:
         """The image, shape (batch, channels, height, width)."""
@@ -208,6 +215,8 @@ class Image(nn.Module):
             channel = torch.arange(codes.shape[1], device=codes.device)[:, None, None]
             embedded = self.embedding[channel, codes].movedim(-1, 2).flatten(1, 2)
             seen = torch.cat([seen, embedded], dim=1)
+        if not len(self.layers):
+            return seen.flatten(1)
         outputs: Tensor = self.layers(seen).flatten(1)
         return torch.cat([seen.flatten(1), outputs], dim=1) if self._small else outputs
 

@@ -36,6 +36,7 @@ from ltlc.agents.training.collect import Interface
 from ltlc.agents.training.run_folder import RunFolder
 from ltlc.envs import LTLVectorWrapper, LTLWrapper
 from ltlc.envs.spec import EnvSpec
+from ltlc.envs.success import accepted_forever
 from ltlc.errors import UnknownNameError
 from ltlc.mdp.estimate import probability
 
@@ -125,6 +126,7 @@ def load_tasks() -> dict[str, DeepTask]:
 def evaluate(policy: Policy, env: LTLVectorWrapper, recurring: bool, episodes: int, seed: int) -> dict[str, float]:
     """Judge a policy by the first episodes of each copy, the same number of each."""
     n, interface, sinks = env.num_envs, Interface.of(env), env.task.automaton.accepting_sinks
+    kept = accepted_forever(env.task.automaton)
     quota = -(-episodes // n)
     observations, infos = env.reset(seed=seed)
     length, visits, done_at = (np.zeros(n, dtype=np.int64) for _ in range(3))
@@ -140,7 +142,11 @@ def evaluate(policy: Policy, env: LTLVectorWrapper, recurring: bool, episodes: i
         violated = np.where(valid, violated | ltl["violated"], False)
         done = np.isin(env.automaton_state, sinks)
         done_at = np.where(valid, np.where((done_at == 0) & done & ~violated, length, done_at), 0)
-        violated |= valid & ltl["base_terminated"] & (done_at == 0)
+        # What the world ends is over: its last letter is repeated for ever.
+        ended = valid & ltl["base_terminated"] & (done_at == 0)
+        holds = ended & ~violated & kept[env.automaton_state, ltl["letter_class"]]
+        done_at[holds] = length[holds]
+        violated |= ended & ~holds
         for i in np.flatnonzero(valid & (terminated | truncated) & (counted < quota)):
             good = visits[i] > 0 and not violated[i] if recurring else done_at[i] > 0
             rows.append((bool(good), bool(violated[i]), int(length[i] if recurring else done_at[i]), int(visits[i])))

@@ -149,7 +149,7 @@ class DoubleDQN(ValueAgent):
     @property
     def first_update(self) -> int:
         """Environment steps that the first update waits for."""
-        return max(self.config.learning_starts, self.config.batch_size)
+        return max(self.config.learning_starts, self.config.rows)
 
     def learning_rate_at(self, steps: int) -> float:
         """Return the learning rate after so many environment steps."""
@@ -279,8 +279,8 @@ class DoubleDQN(ValueAgent):
     def _batch(self, memory: ReplayBuffer, generator: torch.Generator) -> TransitionBatch | Segments:
         config = self.config
         if not config.traced:
-            return memory.sample(config.batch_size, generator)
-        return memory.sample_segments(-(-config.batch_size // config.trace_length), config.trace_length, generator)
+            return memory.sample(config.rows, generator)
+        return memory.sample_segments(-(-config.rows // config.trace_length), config.trace_length, generator)
 
     def _diagnosis(self, steps: TransitionBatch | Segments, learning_rate: float, value: float) -> str:
         broken = [name for name, weights in self.q_network.named_parameters() if not weights.isfinite().all()]

@@ -11,8 +11,10 @@ from ltlc.errors import InvalidArgumentError, UnknownNameError
 
 from ..config import ObservationInput, OffPolicyConfig, between, check_count, check_number
 
-_LEAST_FREQUENCY, _MOST_ROUNDS = 8, 40_000
-"""environment steps for a round of updates, and rounds of a training, where nobody says."""
+_LEAST_FREQUENCY, _UNHURRIED = 8, 4_000
+"""environment steps for a round of updates, and part of a training whose root they may also be, where nobody says."""
+_BATCH, _NUMBERED_BATCH = 128, 512
+"""environment steps in a batch, where nobody says."""
 StateInput = Literal["heads", "one-hot", "raw"]
 Initialization = Literal["he", "thesis"]
 Optimizer = Literal["adam", "sgd"]
@@ -44,12 +46,14 @@ class DQNConfig(OffPolicyConfig):
         l2: C of the term C*||weights||^2 added to the loss (thesis), >= 0.
         max_gradient_norm: longer gradients are shortened to this; None: never.
         batch_size: environment steps in a batch, >= 1 (times the automaton states, if counterfactual); the first update
-            waits for so many.
+            waits for so many. None: 512 where observations are numbered, since each of them passes the network but
+            once, and else 128.
         buffer_size: environment steps kept for replay, >= batch_size; of a shorter training there is room for all.
         max_memory: gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts,
             and 4 gigabytes at most, which is less than `buffer_size` steps where observations are large.
         train_frequency: environment steps from one round of updates to the next, >= 1, whatever the number of
-            sub-environments. None: 8, and where that would be more than 40 000 rounds, as many as make them so.
+            sub-environments. None: 8, or the root of `total_steps` / 4000 where that is more: four times the steps make
+            twice the updates.
         gradient_steps: updates in a round, >= 1.
         tau: the target network moves this part of the way to the online network at each target update, in (0, 1].
             None: 0.1 where observations are numbered, and else 0.005, since what is learned of one place there moves
@@ -67,7 +71,7 @@ class DQNConfig(OffPolicyConfig):
             outputs are values (thesis).
         horizon: steps that the discount of the recommended scheme looks ahead: gamma = 1 - 1/horizon, gamma_accept = 1
             - sqrt((1 - gamma) / 2). A network cannot tell values apart that differ by less than its error, so it takes
-            shorter horizons than a table. None: a tenth of an episode, from 20 to 50, and 2000 where observations are
+            shorter horizons than a table. None: a fifth of an episode, from 20 to 100, and 2000 where observations are
             numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
         trace_length: consecutive steps that are drawn together and through which targets go back as long as actions
             were greedy, >= 1; 1: steps are drawn one by one, and the loss is the square of the error (thesis). Longer
@@ -76,11 +80,13 @@ class DQNConfig(OffPolicyConfig):
             bootstrapped.
         advantage_learning: part, in [0, 1), of what an action is behind the best one by which its target is lowered, so
             that errors of a network, small as they are, do not choose between actions; needs segments. Values of the
-            best actions stay what they are, those of others become lower bounds. 0: none (thesis).
+            best actions stay what they are, those of others become lower bounds. 0: none (thesis). None: 0.985 where
+            observations are numbered, since horizons are long there, and else 0.9.
         ladder: sub-environment i of n explores with probability epsilon^(1 + ladder * i / (n - 1)), so that some follow
             the policy to where it leads and others stray, >= 0; 0: all with epsilon (thesis).
-        persistence: an exploring action is kept for a random number of steps, n of them with probability about 1/n^2,
-            at most so many. 1: for one step (thesis).
+        persistence: in every second sub-environment an exploring action is kept for a random number of steps, n of them
+            with probability about 1/n^2, at most so many: that goes somewhere where a step does little, and brings down
+            what has to be kept in balance. 1: for one step everywhere (thesis).
         exploring_starts: part of the episodes, in [0, 1], in which a sub-environment acts as if the automaton had
             started in a random state, so that all parts of a task are practised; needs `counterfactual`. 0: none
             (thesis).
@@ -119,10 +125,10 @@ class DQNConfig(OffPolicyConfig):
     final_learning_rate: float = 1e-5
     l2: float = 0.0
     max_gradient_norm: float | None = 10.0
-    batch_size: int = 128
+    batch_size: int | None = None
     trace_length: int = 8
     trace_decay: float = 0.95
-    advantage_learning: float = 0.9
+    advantage_learning: float | None = None
     buffer_size: int = 200_000
     max_memory: float | None = None
     train_frequency: int | None = None
@@ -182,24 +188,31 @@ class DQNConfig(OffPolicyConfig):
             check_number(field, getattr(self, field), low, high, closed=closed)
         for field, least in _COUNTS.items():
             check_count(field, getattr(self, field), least)
-        for field in ("tau", "curiosity"):
+        if self.batch_size is not None:
+            check_count("batch_size", self.batch_size, 1)
+        for field in ("tau", "curiosity", "advantage_learning"):
             if getattr(self, field) is not None:
-                check_number(field, getattr(self, field), 0.0, 1.0, closed=field == "curiosity")
+                check_number(field, getattr(self, field), 0.0, 1.0, closed=field != "tau")
         for units in self.hidden or ():
             check_count("each entry of hidden", units, 1)
         for field in ("max_gradient_norm", "max_memory"):
             if getattr(self, field) is not None:
                 check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
-        if self.buffer_size < self.batch_size:
-            raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.batch_size})")
+        if self.buffer_size < self.rows:
+            raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.rows})")
         if self.train_frequency is not None:
             check_count("train_frequency", self.train_frequency, 1)
         if self.horizon is not None:
             check_count("horizon", self.horizon, 0)
             if self.horizon == 1:
                 raise InvalidArgumentError("horizon is 1; it must be 0 (the scheme as it is) or at least 2")
-        if self.batch_norm and self.batch_size < 2:
+        if self.batch_norm and self.rows < 2:
             raise InvalidArgumentError("batch_norm needs a batch_size of at least 2")
+
+    @property
+    def rows(self) -> int:
+        """Environment steps in a batch."""
+        return self.batch_size or _BATCH
 
     @property
     def traced(self) -> bool:
@@ -213,12 +226,17 @@ class DQNConfig(OffPolicyConfig):
 
     def filled(self, *, numbered: bool) -> DQNConfig:
         """Return the configuration with what depends on whether observations are numbered filled in."""
-        tau, curiosity = (0.1, 0.25) if numbered else (0.005, 0.0)
-        frequency = max(_LEAST_FREQUENCY, -(-self.total_steps // _MOST_ROUNDS))
+        if numbered:
+            tau, curiosity, advantage, rows = 0.1, 0.25, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
+        else:
+            tau, curiosity, advantage, rows = 0.005, 0.0, 0.9, _BATCH
+        frequency = max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps / _UNHURRIED)))
         return dataclasses.replace(
             self,
             train_frequency=frequency if self.train_frequency is None else self.train_frequency,
+            batch_size=rows if self.batch_size is None else self.batch_size,
             tau=tau if self.tau is None else self.tau,
+            advantage_learning=advantage if self.advantage_learning is None else self.advantage_learning,
             curiosity=curiosity if self.curiosity is None else self.curiosity,
         )
 
@@ -236,7 +254,7 @@ def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
     """
     if counted:
         return 2000
-    return 50 if episode_steps is None else min(max(episode_steps // 10, 20), 50)
+    return 100 if episode_steps is None else min(max(episode_steps // 5, 20), 100)
 
 
 _PLAIN: dict[str, Any] = {
@@ -258,12 +276,10 @@ _RANGES = {  # lowest, highest, whether the lowest is allowed
     "l2": (0.0, math.inf, True),
     "averaging": (0.0, 1.0, False),
     "trace_decay": (0.0, 1.0, True),
-    "advantage_learning": (0.0, 1.0, True),
     "ladder": (0.0, math.inf, True),
     "exploring_starts": (0.0, 1.0, True),
 }
 _COUNTS = {
-    "batch_size": 1,
     "buffer_size": 1,
     "waves": 0,
     "trace_length": 1,

@@ -124,7 +124,8 @@ class Whims:
         chance, lasting = torch.rand((2, n), generator=generator, dtype=torch.float64)
         rung = torch.arange(n, dtype=torch.float64) / max(n - 1, 1)
         begins = (self._left == 0) & (chance < epsilon ** (1 + self._config.ladder * rung))
-        steps = (1 / (1 - lasting)).long().clamp(max=most)
+        lasts = torch.arange(n) % 2 == 1
+        steps = torch.where(lasts, (1 / (1 - lasting)).long().clamp(max=most), 1)
         self._action = torch.where(begins, action, self._action)
         self._left = torch.where(begins, steps, self._left)
         active = self._left > 0

@@ -9,14 +9,13 @@ import torch
 from torch import Tensor, nn
 
 from ..training.memory import check_memory
+from ..trunk import FEW
 from .config import DQNConfig
 
 HIDDEN = (256, 256)
 """units of the hidden layers where the configuration leaves them open."""
 FIRST_OUTPUT = -4.0
 """where squashed outputs begin: near the least value, so that nothing is hoped for that was never seen."""
-MOST_WAVED = 32
-"""features that are also seen as waves, at most."""
 _FREQUENCY = 4.0
 """of waves, over features in [-1, 1]: circles a tenth of the world across can be told apart."""
 _COPIES = 5
@@ -151,7 +150,7 @@ class QNetwork(nn.Module):
 
 def n_waves(config: DQNConfig, n_features: int) -> int:
     """Directions in which features are also seen as waves: where there are so few that they cannot be indicators."""
-    return config.waves if n_features <= MOST_WAVED else 0
+    return config.waves if n_features <= FEW else 0
 
 
 def layer_widths(config: DQNConfig, n_features: int, n_states: int, n_actions: int) -> list[int]:

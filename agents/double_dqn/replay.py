@@ -48,7 +48,7 @@ class ReplaySize:
         row_bytes = observation + sum(kind.itemsize for kind in _KINDS.values())
         rows = min(config.buffer_size, config.total_steps + num_envs)
         if config.max_memory is None:
-            rows = min(rows, max(_MOST_BYTES // row_bytes, config.batch_size))
+            rows = min(rows, max(_MOST_BYTES // row_bytes, config.rows))
         return cls(rows, row_bytes, num_envs)
 
     @property

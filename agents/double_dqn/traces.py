@@ -66,14 +66,14 @@ class TraceLoss:
         """The loss of sampled segments; differentiable in the weights of `q_network` alone."""
         count, length = segments.letter_class.shape
         shape = (count, length + 1, q_network.n_states, q_network.n_actions)
-        features = self.encoder.features(segments.observation.flatten(0, 1))
+        rows, which = self._distinct(segments.observation.flatten(0, 1))
+        features = self.encoder.features(rows)
         inputs = q_network.inputs(features)
-        outputs, seeking = q_network.outputs_and_novelty(inputs)
+        outputs, seeking = _spread(q_network.outputs_and_novelty(inputs), which)
         taken = segments.action[:, :-1, None, None].expand(-1, -1, q_network.n_states, 1)
         with torch.no_grad():
-            ahead, sought = target_network.outputs_and_novelty(
-                target_network.inputs(features) if inputs.requires_grad else inputs
-            )
+            following = target_network.inputs(features) if inputs.requires_grad else inputs
+            ahead, sought = _spread(target_network.outputs_and_novelty(following), which)
             allowed = self.encoder.allowed(segments.observation.flatten(0, 1))
             valued = target_network.values(ahead)
             worth = online = without_forbidden(valued, allowed).view(shape)
@@ -81,7 +81,7 @@ class TraceLoss:
                 online = without_forbidden(q_network.values(outputs.detach()), allowed).view(shape)
             targets = self.targets(segments, worth[:, 1:], online[:, 1:])
             behind = worth[:, :-1].amax(dim=-1) - valued.view(shape)[:, :-1].gather(3, taken)[..., 0]
-            targets -= self.config.advantage_learning * behind
+            targets -= (self.config.advantage_learning or 0.0) * behind
             targets = targets.clamp(self.tables.least, self.tables.largest)
         learned, real = self.tables.open, segments.real[:, :-1, None].to(targets.dtype)
         part = real / real.sum().clamp(min=1)
@@ -100,6 +100,14 @@ class TraceLoss:
             each = binary_cross_entropy_with_logits(seeking, near, reduction="none")
             loss = loss + _SHARE * (part * each).sum()
         return loss
+
+    def _distinct(self, rows: Tensor) -> tuple[Tensor, Tensor | None]:
+        """Rows that differ, and which of them each row is; None: all of them are passed on."""
+        if not self.encoder.n_observations or self.encoder.mask is not None:
+            return rows, None
+        numbers, which = torch.unique(self.encoder.index(rows), return_inverse=True)
+        first = torch.zeros_like(numbers).scatter_(0, which, torch.arange(len(rows), device=rows.device))
+        return rows[first], which
 
     def novelty(self, segments: Segments, sought: Tensor) -> Tensor:
         """The targets of curiosity.
@@ -157,3 +165,11 @@ class TraceLoss:
             target = torch.addcmul(known_t, traced_t, target.gather(1, chosen_t)).clamp(tables.least, tables.largest)
             found.append(target)
         return torch.stack(found[::-1], dim=1)
+
+
+def _spread(sets: tuple[Tensor, Tensor], which: Tensor | None) -> tuple[Tensor, Tensor]:
+    """Outputs of rows, given those of the rows that differ."""
+    if which is None:
+        return sets
+    first, second = (part.index_select(0, which) if len(part) else part for part in sets)
+    return first, second

@@ -51,7 +51,7 @@ class TDLoss:
         self.encoder, self.tables, self.config = encoder, tables, config
         # Few observations: each passes through the network once and not once per step of the batch. Batch
         # normalisation needs the batch as it is.
-        few = 0 < encoder.n_observations <= config.batch_size and not config.batch_norm and encoder.mask is None
+        few = 0 < encoder.n_observations <= config.rows and not config.batch_norm and encoder.mask is None
         enumerated = few and (config.counterfactual or config.state_input == "heads")
         self._all_features = encoder.all_features().to(config.device) if enumerated else None
 

@@ -74,13 +74,14 @@ def test_codes_are_told_apart_and_intensities_are_scaled() -> None:
     one, other = np.full((1, 7, 7, 3), 4, np.uint8), np.full((1, 7, 7, 3), 5, np.uint8)
     trunk.observe(encoder, encoder.pack(np.concatenate([one, other])))
     near = trunk(features(encoder, one)) - trunk(features(encoder, other))
-    assert trunk.n_outputs == 49 * 3 * (1 + EMBEDDED) + 32 * 9 == near.shape[1]
+    assert trunk.n_outputs == 49 * 3 * (1 + EMBEDDED) == near.shape[1]
     assert near.square().mean().sqrt() > 0.3  # scaled by its bounds, it would be .008
     encoder, trunk = trunk_of(spaces.Box(0, 255, (84, 84, 4), dtype=np.uint8))
     assert trunk.n_outputs == 32 * 9 * 9 and not any(isinstance(part, RunningStatistics) for part in trunk.modules())
     encoder, trunk = trunk_of(spaces.Box(0, 1, (7, 7, 5), dtype=np.uint8))
-    cells = trunk(features(encoder, np.ones((2, 7, 7, 5), np.uint8)))[:, : 49 * 5]
-    assert (cells == 1).all()
+    assert (trunk(features(encoder, np.ones((2, 7, 7, 5), np.uint8))) == 1).all() and trunk.n_outputs == 49 * 5
+    _, trunk = trunk_of(spaces.Box(0, 1, (12, 12, 5), dtype=np.uint8))
+    assert trunk.n_outputs > 144 * 5  # and convolutions
 
 
 def test_statistics_are_those_of_all_rows() -> None:
@@ -102,6 +103,15 @@ def test_bounds_that_are_far_too_wide_do_not_hide_a_number() -> None:
     seen = trunk(features(encoder, rows)).numpy()
     assert np.allclose(seen[:, 0], rows[:, 0])  # sane bounds: scaled by them alone
     assert seen.std(axis=0) == pytest.approx([0.577, 0.25, 0.5], rel=0.1)
+
+
+def test_many_numbers_are_all_normalised() -> None:
+    encoder, trunk = trunk_of(spaces.Box(0, 1, (40,)))
+    rows = np.random.default_rng(0).uniform(0, 1, (500, 40)).astype(np.float32)
+    rows[:, 3:] *= rows[:, 3:] > 0.9  # seldom something
+    trunk.observe(encoder, encoder.pack(rows))
+    seen = trunk(features(encoder, rows)).numpy()
+    assert np.allclose(seen.mean(axis=0), 0, atol=0.05) and np.allclose(seen.std(axis=0), 0.5, atol=0.1)
 
 
 class Room(gym.Env[Any, int]):
