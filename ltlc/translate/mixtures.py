@@ -37,8 +37,8 @@ from ltlc.ltl import (
 )
 from ltlc.translate.limits import in_the_limit
 
-_MAX_STEPS = 60
-"""A formula that takes more steps stays as it is,"""
+_MAX_STEPS = (8, 20, 60)
+"""Both signs are tried with so many steps, then with more; a formula that takes more steps stays as it is,"""
 _MAX_GROWTH = 5
 """and so does one that would get more times as many subformulas."""
 _NEVER: Formula = FALSE
@@ -54,7 +54,7 @@ class _TooManyStepsError(Exception):
 def without_mixtures(formula: Formula) -> Formula:
     """An equivalent Boolean combination of recurrence and persistence formulas, or the formula itself if none is found.
 
-    The laws take U out of W; for the negation they take W out of U. The result with fewer subformulas is taken.
+    The laws take U out of W; for the negation they take W out of U. The way with fewer steps, or subformulas, is taken.
 
     Args:
         formula: simplified, in negation normal form.
@@ -66,15 +66,19 @@ def without_mixtures(formula: Formula) -> Formula:
     """
     if _Rewriting().is_low(formula):
         return formula
-    found = []
-    for negated in (False, True):
-        rewriting = _Rewriting()
-        with suppress(_TooManyStepsError):
-            result = rewriting.low(nnf(Not(formula)) if negated else formula)
-            if rewriting.is_low(result):
-                found.append(nnf(Not(result)) if negated else result)
-    best = min(found, key=_n_nodes, default=formula)
-    return best if _n_nodes(best) <= _MAX_GROWTH * _n_nodes(formula) else formula
+    negation = nnf(Not(formula))
+    for max_steps in _MAX_STEPS:
+        found = []
+        for start in (formula, negation):
+            rewriting = _Rewriting(max_steps)
+            with suppress(_TooManyStepsError):
+                result = rewriting.low(start)
+                if rewriting.is_low(result):
+                    found.append(result if start is formula else nnf(Not(result)))
+        if found:
+            best = min(found, key=_n_nodes)
+            return best if _n_nodes(best) <= _MAX_GROWTH * _n_nodes(formula) else formula
+    return formula
 
 
 def _n_nodes(formula: Formula) -> int:
@@ -82,7 +86,8 @@ def _n_nodes(formula: Formula) -> int:
 
 
 class _Rewriting:
-    def __init__(self) -> None:
+    def __init__(self, max_steps: int = 0) -> None:
+        self._max_steps = max_steps
         self._levels: dict[Formula, int] = {}
         self._low: dict[tuple[Formula, bool], Formula] = {}
         self._n_steps = 0
@@ -120,7 +125,7 @@ class _Rewriting:
 
     def _rewritten(self, formula: Formula, inside: bool) -> Formula:
         self._n_steps += 1
-        if self._n_steps > _MAX_STEPS:
+        if self._n_steps > self._max_steps:
             raise _TooManyStepsError
         limit = next((part for part in postorder(formula) if _is_limit(part) and part is not formula), None)
         if limit is not None:
