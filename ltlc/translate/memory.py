@@ -12,15 +12,13 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import reduce
+from functools import cache, reduce
 from typing import NamedTuple
 
 import numpy as np
 
-from ltlc.automata.alphabet import grouped
 from ltlc.automata.emerson_lei import EmersonLei, explore
 from ltlc.budget import Budget, check_time
-from ltlc.graph import bits
 from ltlc.ltl import (
     And,
     Formula,
@@ -111,62 +109,63 @@ class Memory:
                 holds[part] = reduce(operation, [holds[arg] for arg in part.args])
         following = [holds[p.args[0] if isinstance(p, Yesterday | WeakYesterday) else p] for p in self._operators]
         said = [holds[meaning] for meaning in self._said.values()]
-        blocks = [(everything, 0, 0)]
-        for values, shift in ((following, 0), (said, len(following))):
-            for i, value in enumerate(values, shift):
-                check_time()
-                blocks = [
-                    (part, key | inside << i, 0)
-                    for letters, key, _ in blocks
-                    for part, inside in ((letters & value, 1), (letters & ~value, 0))
-                    if part
-                ]
         n = len(following)
-        return [Move(letters, key >> n, key & (1 << n) - 1) for letters, key, _ in blocks]
+        return [
+            Move(letters, key >> n, key & (1 << n) - 1) for letters, key in _told_apart(everything, following + said)
+        ]
 
     def _extend(self) -> None:
-        """The letters of the future: pairs of a real letter class and what is said, as far as they occur together."""
-        pairs = dict.fromkeys((c, move.said) for moves in self._moves for move in moves for c in bits(move.letters))
+        """The letters of the future: what it tells apart among a real letter and what is said, as far as both occur."""
         signs = {sign: i for i, sign in enumerate(self._said)}
-        truth: dict[Formula, int] = {}
+        parts = list(postorder(self.future))
+        boolean: set[Formula] = set()
         maximal: dict[Formula, None] = {}
-        for f in postorder(self.future):
+        for f in parts:
+            if f in signs or f in self._real.sets or (isinstance(f, Not | And | Or) and boolean.issuperset(f.args)):
+                boolean.add(f)
+                maximal[f] = None
+                for arg in f.args:
+                    maximal.pop(arg, None)
+        for f in parts:
+            if f not in boolean:
+                maximal.update((arg, None) for arg in f.args if arg in boolean)
+
+        @cache
+        def holding(said: int) -> list[int]:
+            """The real letters with which each maximal Boolean part holds."""
             check_time()
-            if f in signs:
-                truth[f] = sum(1 << k for k, (_, said) in enumerate(pairs) if said >> signs[f] & 1)
-            elif f in self._real.sets:
-                truth[f] = sum(1 << k for k, (c, _) in enumerate(pairs) if self._real.sets[f] >> c & 1)
-            elif isinstance(f, Not | And | Or) and all(arg in truth for arg in f.args):
-                tables = [truth[arg] for arg in f.args]
-                everywhere = (1 << len(pairs)) - 1
-                operation = int.__and__ if isinstance(f, And) else int.__or__
-                truth[f] = everywhere & ~tables[0] if isinstance(f, Not) else reduce(operation, tables)
-            else:
-                continue
-            maximal[f] = None
-            for arg in f.args:
-                maximal.pop(arg, None)
-        for f in postorder(self.future):
-            if f not in truth:
-                maximal.update((arg, None) for arg in f.args if arg in truth)
-        letter_class, sets = grouped([truth[f] for f in maximal], len(pairs))
-        self._class = dict(zip(pairs, letter_class.tolist(), strict=True))
-        self.letters = Letters(
-            self._real.aps, np.asarray(letter_class), int(letter_class.max()) + 1, dict(zip(maximal, sets, strict=True))
-        )
+            holds: dict[Formula, int] = {}
+            for f in parts:
+                if f in signs:
+                    holds[f] = self._real.all if said >> signs[f] & 1 else 0
+                elif f in self._real.sets:
+                    holds[f] = self._real.sets[f]
+                elif f in boolean:
+                    values = [holds[arg] for arg in f.args]
+                    operation = int.__and__ if isinstance(f, And) else int.__or__
+                    holds[f] = self._real.all & ~values[0] if isinstance(f, Not) else reduce(operation, values)
+            return [holds[f] for f in maximal]
+
+        number: dict[int, int] = {}
+        self._ways: list[dict[tuple[int, int], int]] = []
+        for moves in self._moves:
+            ways: dict[tuple[int, int], int] = {}
+            for move in moves:
+                for letters, key in _told_apart(move.letters, holding(move.said)):
+                    way = (number.setdefault(key, len(number)), move.memory)
+                    ways[way] = ways.get(way, 0) | letters
+            self._ways.append(ways)
+        sets = {f: sum(1 << k for key, k in number.items() if key >> i & 1) for i, f in enumerate(maximal)}
+        self.letters = Letters(self._real.aps, np.arange(len(number), dtype=np.int32), len(number), sets)
 
     def product(self, automaton: EmersonLei, budget: Budget) -> EmersonLei:
         """The automaton of the whole formula, from one of `future` over `letters`."""
-        ways = [
-            [(self._class[c, move.said], 1 << c, move.memory) for move in moves for c in bits(move.letters)]
-            for moves in self._moves
-        ]
 
         def successors(state: tuple[int, int]) -> Iterator[tuple[int, tuple[int, int], int]]:
             place, memory = state
             for edge in automaton.edges[place]:
                 following: dict[int, int] = {}
-                for extended, letter, after in ways[memory]:
+                for (extended, after), letter in self._ways[memory].items():
                     if edge.letters >> extended & 1:
                         following[after] = following.get(after, 0) | letter
                 for after, letters in following.items():
@@ -174,6 +173,20 @@ class Memory:
 
         states, edges = explore((0, 0), successors, budget)
         return EmersonLei(tuple(map(tuple, edges)), tuple(automaton.acceptance[place] for place, _ in states))
+
+
+def _told_apart(letters: int, values: list[int]) -> list[tuple[int, int]]:
+    """The letters in blocks on which each of the letter sets holds or does not; bit i of a key: the i-th holds."""
+    blocks = [(letters, 0)]
+    for i, value in enumerate(values):
+        check_time()
+        blocks = [
+            (part, key | inside << i)
+            for block, key in blocks
+            for part, inside in ((block & value, 1), (block & ~value, 0))
+            if part
+        ]
+    return blocks
 
 
 def _value(operator: Formula, operands: list[int], recalled: int) -> int:

@@ -101,3 +101,11 @@ def test_too_many_memories_are_refused() -> None:
     wide = And(*(Once(And(Proposition(f"p{i}"), Yesterday(Proposition(f"p{i + 1}")))) for i in range(10)))
     with pytest.raises(StateLimitExceeded):
         translate(parse(f"G F({wide})"), Options(max_states=50))
+
+
+def test_many_operators_at_once() -> None:
+    past = " & ".join(f"G(p{i} -> O q{i})" for i in range(5))
+    future = " & ".join(f"(!p{i} W q{i})" for i in range(5))
+    automaton = translate(parse(past))
+    assert automaton.n_states == 33
+    assert equivalent(automaton, translate(parse(future)))
