@@ -21,10 +21,10 @@ from ltlc.budget import check_time
 from ltlc.errors import TimeLimitExceeded
 from ltlc.minimize.words import Word, Words, accepts, entered_states
 
-EFFORT = 400_000
-"""default bound on the number of product edges looked at,"""
-_SHARE_IN_VAIN = 8
-"""of which this part, 1 / 8, may be looked at since the last merging: later ones are rare."""
+EFFORT = 800_000
+"""default bound on the number of product edges looked at in vain,"""
+_SHARE_AT_FIRST = 16
+"""of which this part, 1 / 16, may be looked at before the first merging: mostly there is none later."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 _FIRST_LOOK = 16
@@ -50,8 +50,8 @@ def merge_by_trial(
 
     Args:
         automaton: any Rabin automaton.
-        effort: number of product edges after which no more is tried, or an eighth of them since the last merging; 0
-            tries nothing.
+        effort: number of product edges, looked at in vain, after which no more is tried, or a part of them if nothing
+            has been merged by then; 0 tries nothing.
         reference: an equivalent automaton over the same propositions, the smaller the better; by default itself.
         least: no equivalent automaton has fewer states, so that nothing is tried once it is reached.
         split_from: the automaton whose states were split into those of this one, if none of the copies of one state
@@ -85,11 +85,10 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     names = list(range(current.n_states))  # of the states, in the first automaton
     origin = names if split_from is None else twins(current, split_from)
     refuted: set[tuple[int, int]] = set()
-    in_vain = effort // _SHARE_IN_VAIN
+    until = effort // _SHARE_AT_FIRST
     merged = True
     while merged:
         merged = False
-        until = min(effort, trial.n_edges + in_vain)
         for old, new in _candidates(current, language):
             known = names[old], names[new]
             if known in refuted or origin[known[0]] == origin[known[1]]:
@@ -98,13 +97,15 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
                 return
             check_time()
             refuted.add(known)
+            before = trial.n_edges
             if trial.is_refuted(old, new) or trial.finds_word(old, new):
                 continue
+            trial.n_edges = before + current.n_states * current.n_classes  # what is not in vain may cost more
             entered = np.arange(current.n_states, dtype=np.int32)
             entered[old] = new
             kept = graph.reachable(entered[current.delta], [int(entered[current.initial_state])])
             language, names = language[kept], [names[q] for q in kept]
-            current, merged = canonical(current, entered), True
+            current, merged, until = canonical(current, entered), True, effort
             trial.goes_on(current, kept)
             yield current
             break

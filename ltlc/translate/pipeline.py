@@ -48,7 +48,10 @@ from ltlc.translate.mixtures import without_mixtures
 from ltlc.translate.options import Options
 
 _DEFAULTS = Options()
-_ROUNDS = (1_500, 10_000)
+_ROUNDS = (500, 10_000)
+"""of states: all constructions are tried with few, before the first one is tried with many;"""
+_FIRST = 4
+"""the first one may have this many times as many, since it wins most often."""
 _BY_PARTS = ("auto", "product")
 """Where parts are translated one by one, the formula is taken apart before."""
 _PATIENCE = 2
@@ -190,7 +193,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
         for limit in (*rounds, budget.max_states):
             best: Candidate | None = None
             for name in names:
-                cap, closure = limit, pristine or problem.closure(budget)
+                cap, closure = limit * _FIRST if name == names[0] else limit, pristine or problem.closure(budget)
                 pristine = None
                 if best is not None and problem.options.effort != "best":
                     cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
