@@ -249,8 +249,7 @@ class DoubleDQN(ValueAgent):
             self.q_network.train()
             loss = self.loss(self.q_network, self.target_network, steps)
             self.q_network.eval()
-        value = loss.item()
-        if not np.isfinite(value):
+        if not np.isfinite(value := loss.item()):
             raise TrainingDiverged(self._diagnosis(steps, learning_rate, value))
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
@@ -266,6 +265,7 @@ class DoubleDQN(ValueAgent):
     def learn(self, memory: ReplayBuffer, steps: int, rounds: int, generator: torch.Generator) -> list[float]:
         """Make the updates that are due; returns their losses."""
         config, rate = self.config, self.config.learning_rate_at(steps)
+        self.trace_loss.advantage_learning = config.advantage_learning_at(steps)
         self._starts.advance(*memory.latest)
         if config.curious:
             tried = tuple(part.to(self.device) for part in memory.tried)

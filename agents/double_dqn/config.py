@@ -15,6 +15,8 @@ _LEAST_FREQUENCY, _UNHURRIED = 8, 4_000
 """environment steps for a round of updates, and part of a training whose root they may also be, where nobody says."""
 _BATCH, _NUMBERED_BATCH = 128, 512
 """environment steps in a batch, where nobody says."""
+_FINAL_ADVANTAGE, _MOST_ADVANTAGE = 0.97, 0.9999
+"""advantage learning at the end, where nobody says, and at most."""
 StateInput = Literal["heads", "one-hot", "raw"]
 Initialization = Literal["he", "thesis"]
 Optimizer = Literal["adam", "sgd"]
@@ -78,10 +80,13 @@ class DQNConfig(OffPolicyConfig):
             than 1 needs `counterfactual`, heads and no batch normalisation, and is 1 without.
         trace_decay: part of what the next step is worth that comes from the segment, in [0, 1]; the rest is
             bootstrapped.
-        advantage_learning: part, in [0, 1), of what an action is behind the best one by which its target is lowered, so
-            that errors of a network, small as they are, do not choose between actions; needs segments. Values of the
-            best actions stay what they are, those of others become lower bounds. 0: none (thesis). None: 0.985 where
-            observations are numbered, since horizons are long there, and else 0.9.
+        advantage_learning: part, in [0, 0.9999], of what an action is behind the best one by which its target is
+            lowered, so that errors of a network, small as they are, do not choose between actions; needs segments.
+            Values of the best actions stay what they are, those of others become lower bounds. 0: none (thesis). None:
+            0.985 where observations are numbered, since horizons are long there, and else 0.9.
+        final_advantage_learning: the same at `total_steps`; in the second half, what distances are multiplied by grows
+            to there. A large part keeps a policy as it is, for good and ill. None: 0.97, `advantage_learning` where
+            that is more, and 0 where that is 0.
         ladder: sub-environment i of n explores with probability epsilon^(1 + ladder * i / (n - 1)), so that some follow
             the policy to where it leads and others stray, >= 0; 0: all with epsilon (thesis).
         persistence: in every second sub-environment an exploring action is kept for a random number of steps, n of them
@@ -129,6 +134,7 @@ class DQNConfig(OffPolicyConfig):
     trace_length: int = 8
     trace_decay: float = 0.95
     advantage_learning: float | None = None
+    final_advantage_learning: float | None = None
     buffer_size: int = 200_000
     max_memory: float | None = None
     train_frequency: int | None = None
@@ -190,9 +196,10 @@ class DQNConfig(OffPolicyConfig):
             check_count(field, getattr(self, field), least)
         if self.batch_size is not None:
             check_count("batch_size", self.batch_size, 1)
-        for field in ("tau", "curiosity", "advantage_learning"):
+        for field in ("tau", "curiosity", "advantage_learning", "final_advantage_learning"):
             if getattr(self, field) is not None:
-                check_number(field, getattr(self, field), 0.0, 1.0, closed=field != "tau")
+                most = _MOST_ADVANTAGE if "advantage" in field else 1.0
+                check_number(field, getattr(self, field), 0.0, most, closed=field != "tau")
         for units in self.hidden or ():
             check_count("each entry of hidden", units, 1)
         for field in ("max_gradient_norm", "max_memory"):
@@ -230,15 +237,24 @@ class DQNConfig(OffPolicyConfig):
             tau, curiosity, advantage, rows = 0.1, 0.25, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
         else:
             tau, curiosity, advantage, rows = 0.005, 0.0, 0.9, _BATCH
+        advantage = advantage if self.advantage_learning is None else self.advantage_learning
+        final = max(advantage, _FINAL_ADVANTAGE) if advantage else 0.0
         frequency = max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps / _UNHURRIED)))
         return dataclasses.replace(
             self,
             train_frequency=frequency if self.train_frequency is None else self.train_frequency,
             batch_size=rows if self.batch_size is None else self.batch_size,
             tau=tau if self.tau is None else self.tau,
-            advantage_learning=advantage if self.advantage_learning is None else self.advantage_learning,
+            advantage_learning=advantage,
+            final_advantage_learning=final if self.final_advantage_learning is None else self.final_advantage_learning,
             curiosity=curiosity if self.curiosity is None else self.curiosity,
         )
+
+    def advantage_learning_at(self, steps: int) -> float:
+        """Part of what an action is behind by which its target is lowered, after so many environment steps."""
+        first = self.advantage_learning or 0.0
+        last = first if self.final_advantage_learning is None else self.final_advantage_learning
+        return 1 - 1 / between(1 / (1 - first), 1 / (1 - last), 2 * steps / self.total_steps - 1)
 
     def learning_rate_at(self, steps: int) -> float:
         """Learning rate after so many environment steps."""

@@ -46,8 +46,11 @@ class TraceLoss:
     Args:
         encoder: of the observations.
         tables: of the task.
-        config: `double`, `trace_decay`, `advantage_learning` are used.
+        config: `double`, `trace_decay`, and `advantage_learning` at the start are used.
         tries: how often each action was tried, shape (n_states, n_places, n_actions); the agent goes on counting.
+
+    Attributes:
+        advantage_learning: the part by which targets are lowered now.
 
     References:
         C. J. C. H. Watkins, Learning from delayed rewards, Cambridge 1989, https://www.cs.rhul.ac.uk/~chrisw/thesis.html
@@ -61,6 +64,7 @@ class TraceLoss:
 
     def __init__(self, encoder: ObservationEncoder, tables: TensorTables, config: DQNConfig, tries: Tensor) -> None:
         self.encoder, self.tables, self.config, self.tries = encoder, tables, config, tries
+        self.advantage_learning = config.advantage_learning_at(0)
 
     def __call__(self, q_network: QNetwork, target_network: QNetwork, segments: Segments) -> Tensor:
         """The loss of sampled segments; differentiable in the weights of `q_network` alone."""
@@ -81,7 +85,7 @@ class TraceLoss:
                 online = without_forbidden(q_network.values(outputs.detach()), allowed).view(shape)
             targets = self.targets(segments, worth[:, 1:], online[:, 1:])
             behind = worth[:, :-1].amax(dim=-1) - valued.view(shape)[:, :-1].gather(3, taken)[..., 0]
-            targets -= (self.config.advantage_learning or 0.0) * behind
+            targets -= self.advantage_learning * behind
             targets = targets.clamp(self.tables.least, self.tables.largest)
         learned, real = self.tables.open, segments.real[:, :-1, None].to(targets.dtype)
         part = real / real.sum().clamp(min=1)

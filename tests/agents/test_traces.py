@@ -17,6 +17,7 @@ from ltlc.agents.tensor_tables import TensorTables
 from ltlc.agents.training.collect import Interface
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import LTLVectorWrapper, VectorGridWorld
+from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables, get_scheme, value_bounds
 from ltlc.rewards.two_discount import TwoDiscount
 from ltlc.task import Task
@@ -129,6 +130,17 @@ def test_an_action_behind_the_best_one_is_pushed_further_behind() -> None:
     loss /= found.real[:, :-1].sum()
     assert torch.allclose(learner.trace_loss(learner.q_network, learner.q_network, found), loss)
     assert not torch.allclose(plain.trace_loss(plain.q_network, plain.q_network, found), loss)
+
+
+def test_distances_grow_in_the_second_half() -> None:
+    config = DQNConfig(total_steps=1000, advantage_learning=0.9, final_advantage_learning=0.98)
+    gaps = [1 / (1 - config.advantage_learning_at(steps)) for steps in (0, 500, 750, 1000, 2000)]
+    assert gaps == pytest.approx([10, 10, 30, 50, 50])
+    ends = [DQNConfig(**changes).filled(numbered=False).advantage_learning_at(300_000)
+            for changes in ({}, {"advantage_learning": 0.99}, {"advantage_learning": 0.0})]  # fmt: skip
+    assert ends == pytest.approx([0.97, 0.99, 0.0])
+    with pytest.raises(InvalidArgumentError, match="final_advantage_learning is 1"):
+        DQNConfig(final_advantage_learning=1)
 
 
 def test_an_observation_that_is_numbered_passes_the_network_once(monkeypatch: pytest.MonkeyPatch) -> None:
