@@ -150,7 +150,7 @@ def measure_peer(name: str, seed: int, cap: float, *, tuned: bool) -> Measuremen
     from stable_baselines3.common.vec_env import DummyVecEnv
 
     case, task = CASES[name], task_of(CASES[name])
-    config = configuration(case, seed)
+    config = configuration(case, seed).filled(numbered=True)
     scale = TensorTables.of(task.tables, config.reward_scale).scale
     label = "stable-baselines3" + ("+ours" if tuned else "")
     result = Measurement(label, name, seed, float("nan"))

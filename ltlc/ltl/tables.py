@@ -62,9 +62,9 @@ class Tables(NamedTuple):
 def load() -> Tables:
     """The tables, from the file if it was made from the grammar as it is."""
     grammar = files("ltlc.grammars").joinpath("ltl.lark").read_text(encoding="utf-8")
-    kept = files("ltlc.grammars").joinpath("ltl.json")
-    if kept.is_file():
-        document = json.loads(kept.read_text(encoding="utf-8"))
+    ready = files("ltlc.grammars").joinpath("ltl.json")
+    if ready.is_file():
+        document = json.loads(ready.read_text(encoding="utf-8"))
         if document["checksum"] == _checksum(grammar):
             rules = [Rule(size, tuple(kept), tuple(spliced), *rest) for size, kept, spliced, *rest in document["rules"]]
             return Tables(document["pattern"], document["last_state"], rules, document["actions"])
