@@ -7,7 +7,7 @@ the bits of an integer. The graph of a Rabin automaton uses bit 2i for Fin and b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from functools import partial, reduce
 from typing import NamedTuple, TypeVar
 
 from ltlc import graph
@@ -18,8 +18,9 @@ MarkedGraph = Sequence[Sequence[tuple[int, int]]]
 MarkedEdge = tuple[int, int, int]
 """source, target, marks."""
 Nodes = TypeVar("Nodes")
-_StrongParts = Callable[[Nodes, int], Iterable[tuple[Nodes, int]]]
-"""The non-trivial strong components of a set of nodes without the edges with some marks; with the marks inside."""
+_StrongParts = Callable[[Nodes, int, int], Iterable[tuple[Nodes, int]]]
+"""The non-trivial strong components of a set of nodes without the edges with some marks, with the marks inside; only
+those where all of some other marks are inside."""
 _MAX_MASK = 1024
 """Sets of up to so many nodes are bit masks, which is twice as fast; more would take memory in their square."""
 
@@ -56,12 +57,7 @@ def accepting_parts(
     """
     for within in [range(len(edges))] if components is None else components:
         if len(within) <= _MAX_MASK:
-            index = {node: i for i, node in enumerate(within)}
-            rows: list[dict[int, int]] = [{} for _ in within]
-            for row, node in zip(rows, within, strict=True):
-                for target, marks in edges[node]:
-                    if target in index:
-                        row[marks] = row.get(marks, 0) | 1 << index[target]
+            rows = _masks(edges, within)
             for mask, avoided, needed in _accepting(partial(_parts_of_mask, rows), (1 << len(rows)) - 1, acceptance):
                 yield AcceptingPart(tuple([within[i] for i in graph.bits(mask)]), avoided, needed)
         else:
@@ -70,7 +66,8 @@ def accepting_parts(
 
 
 def _accepting(parts: _StrongParts[Nodes], nodes: Nodes, acceptance: Acceptance) -> Iterator[tuple[Nodes, int, int]]:
-    for part, seen in parts(nodes, 0):
+    required = reduce(int.__and__, (clause.inf for clause in acceptance)) if acceptance else 0
+    for part, seen in parts(nodes, 0, required):
         for clause in acceptance:
             if not clause.inf & ~seen:
                 yield from _clause_parts(parts, part, seen, clause)
@@ -94,9 +91,7 @@ def _clause_parts(
             yield nodes, avoided, needed
             continue
         avoided |= broken
-        for part, marks in parts(nodes, avoided):
-            if not clause.inf & ~marks:
-                todo.append((part, marks, avoided))
+        todo += [(part, marks, avoided) for part, marks in parts(nodes, avoided, clause.inf)]
 
 
 def accepting_nodes(
@@ -171,8 +166,10 @@ def _path(
     raise AssertionError("no path inside a strongly connected part")
 
 
-def _parts_of_list(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> Iterator[tuple[Sequence[int], int]]:
-    """The non-trivial strong components without the avoided edges, with the union of the marks inside."""
+def _parts_of_list(
+    edges: MarkedGraph, nodes: Sequence[int], avoided: int, required: int
+) -> Iterator[tuple[Sequence[int], int]]:
+    """See `_StrongParts`."""
     index = {node: i for i, node in enumerate(nodes)}
     inner = [[(index[t], marks) for t, marks in edges[node] if not marks & avoided and t in index] for node in nodes]
     component = graph.strong_components([[t for t, _ in row] for row in inner])
@@ -184,24 +181,48 @@ def _parts_of_list(edges: MarkedGraph, nodes: Sequence[int], avoided: int) -> It
                 if component[target] == here:
                     seen |= marks
                     n_edges += 1
-        if n_edges:
+        if n_edges and not required & ~seen:
             yield [nodes[i] for i in members], seen
 
 
-def _parts_of_mask(rows: Sequence[Mapping[int, int]], nodes: int, avoided: int) -> Iterator[tuple[int, int]]:
-    """As `_parts_of_list`, with nodes 0, 1, ... and sets of them as bit masks; a row has the targets by marks."""
+def _masks(edges: MarkedGraph, within: Sequence[int]) -> list[list[tuple[int, int]]]:
+    """Per node, (marks, targets) for each set of marks on its edges: targets are a bit mask of places in `within`."""
+    if len(within) == len(edges):
+        place: Sequence[int] | Mapping[int, int] = range(len(edges))
+    else:
+        inside = place = {node: i for i, node in enumerate(within)}
+        edges = [[edge for edge in edges[node] if edge[0] in inside] for node in within]
+    bit = [1 << i for i in range(len(within))]
+    rows = []
+    for row in edges:
+        targets: dict[int, int] = {}
+        for target, marks in row:
+            targets[marks] = targets.get(marks, 0) | bit[place[target]]
+        rows.append(list(targets.items()))
+    return rows
+
+
+def _parts_of_mask(
+    rows: Sequence[Sequence[tuple[int, int]]], nodes: int, avoided: int, required: int
+) -> Iterator[tuple[int, int]]:
+    """See `_StrongParts`; rows as from `_masks`, and sets of nodes as bit masks."""
     check_time()
     successors = [0] * len(rows)
+    possible = 0
     for node in graph.bits(nodes):
         reached = 0
-        for marks, targets in rows[node].items():
-            if not marks & avoided:
+        for marks, targets in rows[node]:
+            if not marks & avoided and targets & nodes:
                 reached |= targets
+                possible |= marks
         successors[node] = reached
+    if required & ~possible:
+        return
     for part in graph.strong_sets(successors, nodes):
         seen = 0
         for node in graph.bits(part):
-            for marks, targets in rows[node].items():
+            for marks, targets in rows[node]:
                 if targets & part and not marks & avoided:
                     seen |= marks
-        yield part, seen
+        if not required & ~seen:
+            yield part, seen
