@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.canonical import CANONICAL, canonical
-from ltlc.automata.marks import simplify_marks
+from ltlc.automata.emptiness import MarkedEdge
+from ltlc.automata.marks import SIMPLE_MARKS, Component, simplify_marks
 from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
 from ltlc.budget import check_time
@@ -76,13 +77,38 @@ def collapse(automaton: DRA) -> Minimized:
 
 
 def quotient(part: Part) -> Structure | None:
-    """One state per residual of the part, or None if no pairs make that accept the right words."""
+    """One state per residual of the part, with simple marks, or None if no pairs make that accept the right words."""
     residual_of = tuple(range(len(part.residuals)))
     if len(part.states) == len(residual_of):
         return None
     cycles = part.cycle_graph(part.step, residual_of, part.acceptance == "state")
     pairs = rabin_condition(cycles, max_nodes=cycles.affordable(MAX_NODES))
-    return Structure(residual_of, part.step, tuple(pairs)) if isinstance(pairs, list) else None
+    return with_simple_marks(part, residual_of, part.step, pairs) if isinstance(pairs, list) else None
+
+
+def with_simple_marks(
+    part: Part, residual_of: tuple[int, ...], step: tuple[tuple[int, ...], ...], pairs: Sequence[LabelPair]
+) -> Structure:
+    """A strongly connected structure with pairs that accept the same cycles, chosen as by `simplify_marks`."""
+    on_states = part.acceptance == "state"
+    labels_of: dict[MarkedEdge, int] = {}
+    for q, row in enumerate(step):
+        for c, target in enumerate(row):
+            if target >= 0:
+                label = target if on_states else q * part.n_columns + c
+                marks = [(pair.fin >> label & 1) | (pair.inf >> label & 1) << 1 for pair in pairs]
+                edge = q, target, sum(mark << 2 * i for i, mark in enumerate(marks))
+                labels_of[edge] = labels_of.get(edge, 0) | 1 << label
+    component = Component(list(range(len(step))), list(labels_of), len(pairs), on_states)
+    chosen = [LabelPair(*(_union(labels_of[edge] for edge in edges) for edges in pair)) for pair in component.pairs()]
+    return Structure(residual_of, step, tuple(chosen))
+
+
+def _union(labels: Iterable[int]) -> int:
+    found = 0
+    for some in labels:
+        found |= some
+    return found
 
 
 def source_structure(automaton: DRA, part: Part) -> Structure:
@@ -103,7 +129,10 @@ def _mask(labels: npt.NDArray[np.bool_]) -> int:
 
 
 def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
-    """One structure per part, and one state for each residual in no part; the automaton itself if that is as small."""
+    """One structure per part, and one state for each residual in no part; the automaton itself if that is as small.
+
+    The marks are simple: structures are made with such marks, or are those of the automaton.
+    """
     automaton = found.automaton
     first = np.unique(found.language, return_index=True)[1]
     rows = found.language[automaton.delta[first]].tolist()
@@ -150,5 +179,8 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
         initial_state=entry[int(found.language[automaton.initial_state])],
         state_names=None,
     )
-    smaller = simplify_marks(canonical(result))
+    smaller = canonical(result)
+    if SIMPLE_MARKS in automaton.forms:
+        return smaller.annotated(SIMPLE_MARKS)
+    smaller = simplify_marks(smaller)
     return smaller if CANONICAL in smaller.forms else canonical(smaller)

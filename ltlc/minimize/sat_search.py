@@ -25,7 +25,7 @@ from ltlc import graph
 from ltlc.automata.rabin_type import Conflict, rabin_condition, smallest_conflict
 from ltlc.budget import check_time
 from ltlc.minimize.cnf import Cnf, Row
-from ltlc.minimize.collapse import Structure
+from ltlc.minimize.collapse import Structure, with_simple_marks
 from ltlc.minimize.residuals import Part
 
 _MAX_PERMUTED = 4
@@ -184,7 +184,7 @@ class Search:
         step = tuple(tuple(index[t] for t in structure.step[q]) for q in kept)
         pairs = rabin_condition(self.part.cycle_graph(step, residual_of, self.on_states))
         assert isinstance(pairs, list)
-        return Structure(residual_of, step, tuple(pairs))
+        return with_simple_marks(self.part, residual_of, step, pairs)
 
     # Words
 

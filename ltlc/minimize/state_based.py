@@ -62,7 +62,10 @@ def to_state_based(
             automaton = canonical(automaton)
     with suppress(TimeLimitExceeded):
         least = max(least, proven_least(automaton, "state"))
-    ways = sorted([automaton, *others], key=_n_copies)
+    distinct: dict[tuple[bytes, ...], DRA] = {}
+    for way in (automaton, *others):
+        distinct.setdefault(_tables(way), way)
+    ways = sorted(distinct.values(), key=_n_copies)
     found: list[_Split] = []
     for number, way in enumerate(ways, 1):
         if found and way is automaton and _n_copies(way) > _PATIENCE * found[0].automaton.n_states:
@@ -89,6 +92,12 @@ def to_state_based(
         with overtime(Overtime.REDUCE_AGAIN):
             smallest = normalized(smallest)
     return smallest
+
+
+def _tables(automaton: DRA) -> tuple[bytes, ...]:
+    """Equal for automata that are the same."""
+    arrays = automaton.delta, automaton.letter_class, automaton.fin, automaton.inf
+    return tuple(array.tobytes() for array in arrays)
 
 
 def _n_copies(automaton: DRA) -> int:
