@@ -194,22 +194,28 @@ class _Trial:
         nodes = [new * n_others + self.twin[new]]
         number = {nodes[0]: 0}
         along: list[dict[tuple[int, int], int]] = []  # per node, its edges and a letter on each
+        edge_of: dict[int, tuple[int, int] | None] = {}  # per move; None where it leads out
         enough = _FIRST_LOOK
         for source in nodes:  # grows while it is read
             state, other = divmod(source, n_others)
             edges: dict[tuple[int, int], int] = {}
             for move, letter in dict(zip(map(add, ours[state], theirs[other]), letters, strict=True)).items():
-                node, marks = move >> n_marks, move & redirected - 1
-                target, twin = divmod(node, n_others)
-                if target == old:
-                    node = new * n_others + twin
-                    marks = redirected | (marks if entered is None else marks >> shift << shift | entered)
-                elif not first <= scc[target] <= last:
-                    continue
-                if node not in number:
-                    number[node] = len(nodes)
-                    nodes.append(node)
-                edges[number[node], marks] = letter
+                if move not in edge_of:
+                    node, marks = move >> n_marks, move & redirected - 1
+                    target, twin = divmod(node, n_others)
+                    edge_of[move] = None
+                    if target == old:
+                        node = new * n_others + twin
+                        marks = redirected | (marks if entered is None else marks >> shift << shift | entered)
+                    elif not first <= scc[target] <= last:
+                        continue
+                    if node not in number:
+                        number[node] = len(nodes)
+                        nodes.append(node)
+                    edge_of[move] = number[node], marks
+                edge = edge_of[move]
+                if edge is not None:
+                    edges[edge] = letter
             along.append(edges)
             self.n_edges += len(letters)
             if len(along) == enough or len(along) == len(nodes):
