@@ -81,10 +81,12 @@ def to_state_based(
     reference = min(ways, key=lambda a: a.n_states * a.n_pairs)
     n_pairs = min(split.automaton.n_pairs for split in found)  # with more pairs, fewer states can be merged
     smallest = min((split.automaton for split in found), key=lambda a: a.n_states)
+    to_beat = budget.max_states
     for split, origin in found:
-        if split.n_pairs == n_pairs and split.n_states > least:
+        if split.n_pairs == n_pairs and least < split.n_states <= to_beat:  # what is larger was never merged into less
             merged = merge_by_trial(split, effort, reference=reference, least=least, split_from=origin, words=words)
             smallest = min(merged, smallest, key=lambda a: a.n_states)
+            to_beat = min(to_beat, merged.n_states)
     if CANONICAL not in smallest.forms:
         with overtime(Overtime.SPLIT):
             smallest = canonical(smallest)
