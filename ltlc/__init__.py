@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ltlc.compiler import compile, load
     from ltlc.envs import LTLVectorWrapper, LTLWrapper
     from ltlc.errors import LimitExceeded, LtlcError, LtlSyntaxError
+    from ltlc.judging import judge
     from ltlc.ltl import Formula, LassoWord, parse, parse_word, satisfies
     from ltlc.many import compile_many
     from ltlc.mdp import Judge
@@ -46,6 +47,7 @@ __all__ = [
     "__version__",
     "compile",
     "compile_many",
+    "judge",
     "load",
     "parse",
     "parse_word",
@@ -68,6 +70,7 @@ _HOME = {
     "Verdict": "ltlc.monitor",
     "compile": "ltlc.compiler",
     "compile_many": "ltlc.many",
+    "judge": "ltlc.judging",
     "load": "ltlc.compiler",
     "parse": "ltlc.ltl",
     "parse_word": "ltlc.ltl",

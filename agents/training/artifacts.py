@@ -8,14 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ltlc.automata import DFA
 from ltlc.envs import DrawnEnv
 from ltlc.errors import InvalidArgumentError
-from ltlc.ltl import parse
 from ltlc.mdp import Judge, expected_return_within
 from ltlc.pictures.curves import Curve, draw_curves
 from ltlc.pictures.policy import draw_policy
-from ltlc.prism import Exported, export_checkable, induced_process, with_sure_labels
+from ltlc.prism import Exported, export_policy
 
 from ..agent import Agent
 from .report import Report, report, tabular_policy
@@ -56,15 +54,11 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
             the name of a label in PRISM.
         OSError: a file cannot be written.
     """
-    spec, formula = run.config.env_spec, run.task.formula
+    spec = run.config.env_spec
     if spec.model is None:
         raise InvalidArgumentError(f"the dynamics of {spec.env} are not known, so there is no Markov chain to write")
-    if formula is None or run.task.automaton.translator == DFA.translator:
-        raise InvalidArgumentError("the automaton of the run has no formula that another program could check")
-    sure, origin = with_sure_labels(spec.model)
-    judge = Judge(sure, run.task, initial_label=spec.initial_label)
-    chain = induced_process(judge.words, judge.on_words(tabular_policy(agent, spec.model)[origin]))
-    return export_checkable(chain, parse(formula), folder, "policy", initial_label=spec.initial_label)
+    policy = tabular_policy(agent, spec.model)
+    return export_policy(spec.model, run.task, policy, folder, initial_label=spec.initial_label)
 
 
 def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:

@@ -35,6 +35,8 @@ def observer(mode: str, space: spaces.Space[Any], n_states: int) -> Observer:
 class Observer:
     """Mode `none`, and the base of the others."""
 
+    mode: ObservationMode = "none"
+
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         self.base = space
         self.n_states = n_states
@@ -50,6 +52,8 @@ class Observer:
 
 
 class _DictObserver(Observer):
+    mode = "dict"
+
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         super().__init__(space, n_states)
         self.space = spaces.Dict({"observation": space, "automaton": spaces.Discrete(n_states)})
@@ -63,6 +67,8 @@ class _DictObserver(Observer):
 
 
 class _FlatObserver(Observer):
+    mode = "flat"
+
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         super().__init__(space, n_states)
         flat = _flat_space(space)
@@ -100,6 +106,8 @@ class _FlatObserver(Observer):
 
 
 class _IndexObserver(Observer):
+    mode = "index"
+
     def __init__(self, space: spaces.Space[Any], n_states: int) -> None:
         super().__init__(space, n_states)
         self.start = 0

@@ -53,6 +53,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     * `violated`, `accepting`: whether the step entered a deadlock, or carries an acceptance mark;
     * `progress`: 1 on an accepting cycle, less the more letters away, 0 in a deadlock;
     * `base_reward`: the reward of the environment, if `reward="info"`;
+    * `base_terminated`: after a step, whether the environment ended the episode, whatever the task did;
     * `valid`: only around a wrapper `Autoreset`, False where the step only began a new episode;
     * `success`: only if `success_key=True`, see below.
 
@@ -88,6 +89,9 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     Warns:
         RewardWarning: see `warn_discount`.
+
+    Attributes:
+        stops: whether the task may end episodes; False while somebody looks at words alone, as a judge does.
 
     Raises:
         UnknownNameError: a label and the formula do not go together, or a mode does not exist.
@@ -128,6 +132,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.task = task if isinstance(task, Task) else Task(task)
         tables = self.task.tables
         self.labels, self.warn_discount = labels, warn_discount
+        self.stops = True
         self.labeller = labeller_for(labels, spoken(tables.aps), env, extra_labels)
         self.observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self.observer.space
@@ -136,7 +141,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             self.action_space = self.choices.space
         self.masks = ActionMasks(env.observation_space, env.action_space)
         self._base_reward = reward
-        self._skip = initial_label == "skip"
+        self.initial_label, self._skip = initial_label, initial_label == "skip"
         self._classes: list[int] = tables.letter_class.tolist()
         self._n_classes = tables.n_classes
         self._rows: dict[int, _Row] = {}
@@ -221,7 +226,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
         ltl = entries.copy()
         ltl["label"] = letter
-        if stop and (stop == 1 or self._stream.draw() < stop):
+        ltl["base_terminated"] = terminated
+        if stop and self.stops and (stop == 1 or self._stream.draw() < stop):
             terminated = True
             reward += stop_reward
             ltl["reward"] = reward

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -38,11 +39,14 @@ def probability(
     n: int,
     *,
     confidence: float = 0.95,
-    method: Literal["wilson", "clopper-pearson"] = "wilson",
+    method: Literal["wilson", "clopper-pearson", "anytime"] = "wilson",
 ) -> Estimate:
     """The probability of an event that was seen in `successes` of `n` independent trials.
 
-    "wilson" covers the truth about as often as it says; "clopper-pearson" at least as often, and is wider.
+    "wilson" covers the truth about as often as it says; "clopper-pearson" at least as often, and is wider. Both are for
+    a number of trials that was fixed beforehand. "anytime" is wider again and holds for all numbers of trials at once:
+    with the given confidence no interval of the whole sequence misses the truth, so one may stop when one likes what
+    one sees.
 
     Raises:
         InvalidArgumentError: no trials, counts that do not fit, a confidence outside (0, 1), or an unknown method.
@@ -50,10 +54,14 @@ def probability(
     References:
         E. Wilson, Probable inference, the law of succession, and statistical inference, JASA 22, 1927,
         DOI 10.1080/01621459.1927.10502953. C. Clopper, E. Pearson, The use of confidence or fiducial limits illustrated
-        in the case of the binomial, Biometrika 26, 1934, DOI 10.1093/biomet/26.4.404.
+        in the case of the binomial, Biometrika 26, 1934, DOI 10.1093/biomet/26.4.404. H. Robbins, Statistical methods
+        related to the law of the iterated logarithm, Annals of Mathematical Statistics 41(5), 1970,
+        DOI 10.1214/aoms/1177696786 (the mixture of likelihood ratios that "anytime" inverts; here over Beta(1/2, 1/2)).
 
     >>> print(probability(8, 10))
     0.8 [0.4902, 0.9433] (95%, n = 10)
+    >>> print(probability(8, 10, method="anytime"))
+    0.8 [0.3425, 0.9906] (95%, n = 10)
     """
     _check_sample(n, confidence, at_least=1)
     if not 0 <= successes <= n:
@@ -68,8 +76,10 @@ def probability(
     elif method == "clopper-pearson":
         low = 0.0 if successes == 0 else float(special.betaincinv(successes, n - successes + 1, tail))
         high = 1.0 if successes == n else float(special.betaincinv(successes + 1, n - successes, 1 - tail))
+    elif method == "anytime":
+        low, high = _anytime_interval(successes, n - successes, 1 - confidence)
     else:
-        raise InvalidArgumentError(f'method is {method!r}, expected "wilson" or "clopper-pearson"')
+        raise InvalidArgumentError(f'method is {method!r}, expected "wilson", "clopper-pearson" or "anytime"')
     return Estimate(rate, 0.0 if successes == 0 else float(low), 1.0 if successes == n else float(high), confidence, n)
 
 
@@ -133,6 +143,30 @@ def ratio(numerators: npt.ArrayLike, denominators: npt.ArrayLike, *, confidence:
     spread = float((top - value * bottom).std(ddof=1) / np.sqrt(n) / bottom.mean())
     half = float(special.stdtrit(n - 1, (1 + confidence) / 2)) * spread
     return Estimate(value, value - half, value + half, confidence, n)
+
+
+def _anytime_interval(successes: int, failures: int, error: float) -> tuple[float, float]:
+    """The probabilities against which the mixture of likelihood ratios stays below 1 / error, rounded outwards.
+
+    Under the true probability the mixture is a martingale of mean 1, so by Ville's inequality it ever reaches 1 / error
+    with probability `error` at most.
+    """
+    mixture = float(special.betaln(successes + 0.5, failures + 0.5) - special.betaln(0.5, 0.5))
+    most, rate = mixture + math.log(error), successes / (successes + failures)
+
+    def refuted(p: float) -> bool:
+        if (successes and p <= 0) or (failures and p >= 1):
+            return True
+        seen = (successes * math.log(p) if successes else 0.0) + (failures * math.log1p(-p) if failures else 0.0)
+        return seen <= most
+
+    low, high, below, above = 0.0, 1.0, rate, rate
+    for _ in range(80):  # halves what is left, from outside
+        middle = (low + below) / 2
+        low, below = (middle, below) if refuted(middle) else (low, middle)
+        middle = (above + high) / 2
+        above, high = (above, middle) if refuted(middle) else (middle, high)
+    return low, high
 
 
 def _check_sample(n: int, confidence: float, *, at_least: int) -> None:

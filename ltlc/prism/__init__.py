@@ -3,7 +3,7 @@
 Examples: docs/examples.md.
 """
 
-from ltlc.prism.export import Exported, export_checkable
+from ltlc.prism.export import Exported, export_checkable, export_policy
 from ltlc.prism.reader import read_explicit, read_state_rewards
 from ltlc.prism.writer import (
     induced_process,
@@ -17,6 +17,7 @@ from ltlc.prism.writer import (
 __all__ = [
     "Exported",
     "export_checkable",
+    "export_policy",
     "induced_process",
     "product_process",
     "read_explicit",

@@ -7,11 +7,17 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
 from ltlc.atomic import atomic_write
-from ltlc.ltl import Formula, Next, to_text
+from ltlc.automata import DFA
+from ltlc.errors import InvalidArgumentError
+from ltlc.ltl import Formula, Next, parse, to_text
 from ltlc.mdp.model import LabelledMDP
 from ltlc.mdp.product_exploration import InitialLabel
-from ltlc.prism.writer import to_prism_language, with_one_start, with_sure_labels, write_explicit
+from ltlc.mdp.verdict import Judge, JudgedTask
+from ltlc.prism.writer import induced_process, to_prism_language, with_one_start, with_sure_labels, write_explicit
 
 
 @dataclass(frozen=True)
@@ -71,3 +77,36 @@ def export_checkable(
     place.mkdir(parents=True, exist_ok=True)
     write_explicit(model, place / stem)
     return Exported(atomic_write(place / f"{stem}.prism", module), atomic_write(place / f"{stem}.props", text))
+
+
+def export_policy(
+    mdp: LabelledMDP,
+    task: JudgedTask,
+    policy: npt.ArrayLike,
+    folder: str | os.PathLike[str],
+    stem: str = "policy",
+    *,
+    initial_label: InitialLabel = "read",
+) -> Exported:
+    """Write the Markov chain that a policy induces, and how probable the formula of its task is in it.
+
+    Args:
+        mdp: the environment.
+        task: an `ltlc.Task`, or anything else that an `ltlc.Judge` takes.
+        policy: as an `ltlc.Judge` takes it.
+        folder: made if it is not there.
+        stem: name of the files.
+        initial_label: whether the label of the first state is a letter of the word.
+
+    Raises:
+        InvalidArgumentError: the formula is not known, the policy has another shape, or a proposition cannot be the
+            name of a label in PRISM.
+        OSError: a file cannot be written.
+    """
+    formula = task.automaton.formula
+    if formula is None or task.automaton.translator == DFA.translator:
+        raise InvalidArgumentError("the automaton of the task has no formula that another program could check")
+    sure, origin = with_sure_labels(mdp)
+    judge = Judge(sure, task, initial_label=initial_label)
+    chain = induced_process(judge.words, judge.on_words(np.asarray(policy)[origin]))
+    return export_checkable(chain, parse(formula), folder, stem, initial_label=initial_label)

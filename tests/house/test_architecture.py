@@ -37,8 +37,10 @@ FLOORS = {
     "diagnosis": 6,
     "faithful": 6,
     "envs": 6,
+    "judging": 7,
     "agents": 7,
-    "cli": 8,
+    "bridges": 8,
+    "cli": 9,
 }
 
 # Modules that stand by themselves and make one part.
@@ -63,7 +65,18 @@ THIRD_PARTY = {
     "faithful": {"numpy"},
     "envs": {"numpy", "scipy", "gymnasium"},
     "pictures": {"numpy", "matplotlib"},
+    "judging": {"numpy", "gymnasium", "torch"},
     "agents": {"numpy", "scipy", "gymnasium", "torch"},
+    "bridges": {
+        "numpy",
+        "gymnasium",
+        "torch",
+        "stable_baselines3",
+        "sb3_contrib",
+        "pettingzoo",
+        "torchrl",
+        "tensordict",
+    },
     "cli": {"typer", "rich"},
     "__init__": set(),
     "__main__": set(),

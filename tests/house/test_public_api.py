@@ -30,6 +30,7 @@ PROMISED = {
     "__version__",
     "compile",
     "compile_many",
+    "judge",
     "load",
     "parse",
     "parse_word",
