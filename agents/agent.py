@@ -33,6 +33,10 @@ class Agent(Protocol):
         """Choose actions for packed observations and table states, shape (batch,)."""
         ...
 
+    def reseed(self, seed: int) -> None:
+        """Let what the policy draws begin anew from a seed; a policy that draws nothing has nothing to do."""
+        ...
+
     def policy_table(self) -> npt.NDArray[Any]:
         """Choose in each observation and table state, where observations are numbered.
 

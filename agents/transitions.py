@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
+
+from torch import Tensor
+
+from .training.contents import Content
 
 
 @dataclass(frozen=True)
@@ -36,3 +40,31 @@ class TransitionBatch:
 
 FIELDS = tuple(TransitionBatch.__dataclass_fields__)[:-2]
 """those of a single step, whatever was before and after."""
+
+
+class Memory(Protocol):
+    """The experience that an agent learns from."""
+
+    def __len__(self) -> int:
+        """Return how many steps there are to learn from."""
+        ...
+
+    def add(self, steps: TransitionBatch) -> None:
+        """Take in steps."""
+        ...
+
+    def cut(self) -> None:
+        """Take note that new episodes begin everywhere."""
+        ...
+
+    def state_dict(self) -> dict[str, Tensor]:
+        """Return all of it as tensors."""
+        ...
+
+    def check_state(self, content: Content) -> None:
+        """Check what `state_dict` gave, read from a file; raises FileFormatError."""
+        ...
+
+    def load_state_dict(self, state: dict[str, Tensor]) -> None:
+        """Go back to what `state_dict` gave."""
+        ...

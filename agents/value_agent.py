@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -23,42 +23,14 @@ from .tensor_tables import TensorTables, plain_tables, without_forbidden
 from .training.collect import Interface
 from .training.contents import Content, config_of, space_of, tables_of
 from .training.storage import plain_space, read_file, tables_to_tensors, write_file
-from .transitions import TransitionBatch
+from .transitions import Memory
 
 IntArray = npt.NDArray[np.int64]
 _FILE_KIND = "policy"
 
 
-class Memory(Protocol):
-    """The experience that an agent learns from."""
-
-    def __len__(self) -> int:
-        """Return how many steps there are to learn from."""
-        ...
-
-    def add(self, steps: TransitionBatch) -> None:
-        """Take in steps."""
-        ...
-
-    def cut(self) -> None:
-        """Take note that new episodes begin everywhere."""
-        ...
-
-    def state_dict(self) -> dict[str, Tensor]:
-        """Return all of it as tensors."""
-        ...
-
-    def check_state(self, content: Content) -> None:
-        """Check what `state_dict` gave, read from a file; raises FileFormatError."""
-        ...
-
-    def load_state_dict(self, state: dict[str, Tensor]) -> None:
-        """Go back to what `state_dict` gave."""
-        ...
-
-
 class ValueAgent(ABC):
-    """An agent that acts greedily in action values, and learns them from the experience of the training loop.
+    """An agent that acts by action values, and learns them from the experience of the training loop.
 
     A subclass names its `config_type`, makes its values in `__init__` (`policy_network` is the one that acts), and
     says how it explores, learns, and goes on from a checkpoint.
@@ -78,7 +50,7 @@ class ValueAgent(ABC):
         encoder: of the observations.
         tables: the reward tables; for None those of a task that asks for nothing.
         tensor_tables: the same as tensors.
-        policy_network: its greedy policy is the result.
+        policy_network: values actions for the policy that is the result.
         updates: how often it has learned.
 
     Raises:
@@ -104,6 +76,7 @@ class ValueAgent(ABC):
         self.tables = plain_tables(config.gamma) if tables is None else tables
         self.tensor_tables = TensorTables.of(self.tables, config.reward_scale, device)
         self.updates = 0
+        self.reseed(config.seed)
 
     # acting
 
@@ -125,20 +98,41 @@ class ValueAgent(ABC):
         return values.cpu().numpy().astype(np.float64) * self.tensor_tables.scale
 
     def policy(self, observations: Any, states: npt.ArrayLike) -> IntArray:
-        """Choose greedy actions of the policy network, shape (batch,)."""
-        return np.asarray(self.q_values(observations, states).argmax(axis=-1))
+        """Choose actions, shape (batch,): the best ones of the policy network, or as `chances` says."""
+        return self.packed_policy(self.encoder.pack(observations), np.asarray(states, dtype=np.int64))
 
     @torch.no_grad()
     def packed_policy(self, packed: npt.NDArray[Any], states: IntArray) -> IntArray:
         """Do as `policy` does, for observations that the encoder has packed."""
-        return self.evaluate(self.policy_network, packed, states).argmax(dim=-1).cpu().numpy()
+        values = self.evaluate(self.policy_network, packed, states)
+        chances = self.chances(values)
+        if chances is None:
+            return values.argmax(dim=-1).cpu().numpy()
+        return torch.multinomial(chances.cpu(), 1, generator=self._generator)[:, 0].numpy()
 
-    def policy_table(self) -> IntArray:
-        """Choose the greedy action in each observation and table state, shape (n_observations, n_states).
+    @torch.no_grad()
+    def policy_table(self) -> npt.NDArray[Any]:
+        """Choose in each observation and table state; the observations are to be numbered.
 
-        The observations are to be numbered, `encoder.n_observations > 0`.
+        Returns:
+            Actions, int, shape (n_observations, n_states); or their probabilities, float, with a last axis more, where
+            `chances` says so.
         """
-        return np.asarray(self.q_values(self.encoder.all_observations()).argmax(axis=-1))
+        values = self.evaluate(self.policy_network, self.encoder.pack(self.encoder.all_observations()), None)
+        chances = self.chances(values)
+        return (values.argmax(dim=-1) if chances is None else chances).cpu().numpy()
+
+    def chances(self, values: Tensor) -> Tensor | None:
+        """Return how likely each action is, float64, given what actions are worth; None: the best one is chosen.
+
+        Args:
+            values: shape (..., n_actions), as `evaluate` returns them.
+        """
+        return None
+
+    def reseed(self, seed: int) -> None:
+        """Let what the policy draws begin anew from a seed."""
+        self._generator = torch.Generator().manual_seed(seed)
 
     def network_inputs(self, packed: Tensor) -> Tensor:
         """Turn packed observations into what the networks take, a row each."""

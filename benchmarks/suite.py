@@ -8,7 +8,7 @@
 
 The agent is `FittedQConfig()`, or `DQNConfig()` with `--network`, rewarded by `ltlc.rewards.RECOMMENDED` as it comes:
 one configuration and one scheme for all tasks. It knows the formula and nothing of the dynamics. What it has learned is
-judged exactly: the probability that its greedy policy satisfies the formula. It learns the tasks whose product has at
+judged exactly: the probability that its policy satisfies the formula. It learns the tasks whose product has at
 most 2000 states. A policy that is optimal for the rewards is judged, too.
 """
 
@@ -31,7 +31,7 @@ from suite_tasks import SuiteTask, load_suite
 from suite_world import ModelWorld
 
 from ltlc import Task, compile
-from ltlc.agents import DQNConfig, FittedQConfig, greedy_policy, train
+from ltlc.agents import DQNConfig, FittedQConfig, train
 from ltlc.automata import DRA
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import UnknownNameError
@@ -119,7 +119,7 @@ def learn(task: SuiteTask, seed: int, maximum: float, *, network: bool = False, 
     wall, cpu = time.perf_counter(), time.process_time()
     result = train(LTLVectorWrapper(world, goal, extra_labels="ignore"), config)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    satisfaction = Judge(task.model, goal).satisfaction(greedy_policy(result.agent))
+    satisfaction = Judge(task.model, goal).satisfaction(result.agent.policy_table())
     return Learned(task.name, seed, satisfaction, maximum - satisfaction, result.steps, wall, cpu)
 
 

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from ltlc.envs import LTLVectorWrapper
 from ltlc.errors import TrainingDiverged
-from ltlc.rewards import RewardTables, ValueBounds, value_bounds
+from ltlc.rewards import RewardTables, value_bounds
 from ltlc.task import Task
 
 from ..encoder import ObservationEncoder
@@ -27,7 +27,7 @@ from ..value_agent import ValueAgent
 from .config import DQNConfig, fitted_horizon
 from .device import available, check_device
 from .exploration import ExploringStarts, Whims
-from .networks import Follower, QNetwork, layer_widths
+from .networks import Follower, QNetwork, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
 from .traces import TraceLoss, seek
@@ -55,7 +55,7 @@ class DoubleDQN(ValueAgent):
     Attributes:
         q_network: learns, and acts while training.
         target_network: values next states; starts as a copy.
-        policy_network: average of the online network over the last updates; its greedy policy is the result.
+        policy_network: average of the online network over the last updates, which acts in the end.
         updates: gradient steps made.
 
     Raises:
@@ -87,7 +87,7 @@ class DoubleDQN(ValueAgent):
         )  # fmt: skip
         self._config = config = config.filled(numbered=self.encoder.n_observations > 0)
         bounds = value_bounds(self.tables) if config.output == "bounded" else None
-        squashed = bounds is not None and config.traced and _squashable(self.tables, bounds)
+        squashed = bounds is not None and config.traced and squashable(self.tables, bounds)
         scale = 1.0 if squashed else config.reward_scale
         self.tensor_tables = TensorTables.of(self.tables, scale, config.device, bounds)
         self._bounds = torch.stack([self.tensor_tables.least, self.tensor_tables.largest]) if squashed else None
@@ -222,6 +222,12 @@ class DoubleDQN(ValueAgent):
         waiting = torch.where(near, torch.minimum(waiting, below), waiting)
         return torch.cat([waiting, values[..., self.n_actions :]], dim=-1)
 
+    def chances(self, values: Tensor) -> Tensor | None:
+        """Return how likely each action is, see `near_best`; None without squashed outputs or a temperature."""
+        if self._bounds is None or not self.config.temperature:
+            return None
+        return near_best(values, float(self._bounds[0].min()), self._width, self.config.temperature)
+
     @property
     def _width(self) -> float:
         """Between the least and the largest value; 1 where that is not known."""
@@ -342,9 +348,3 @@ class DoubleDQN(ValueAgent):
         """Take over the weights of a policy network, in all networks."""
         for name in _NETWORKS:
             getattr(self, name).load_state_dict(state)
-
-
-def _squashable(tables: RewardTables, bounds: ValueBounds) -> bool:
-    """Whether values can be kept within bounds by squashing: they are known, and only gains are paid."""
-    finite = np.isfinite(bounds.least).all() and np.isfinite(bounds.largest).all()
-    return bool(finite and (tables.expected_reward >= 0).all() and (tables.final_value >= 0).all())

@@ -15,7 +15,7 @@ _LEAST_FREQUENCY, _UNHURRIED = 8, 4_000
 """environment steps for a round of updates, and part of a training whose root they may also be, where nobody says."""
 _BATCH, _NUMBERED_BATCH = 128, 512
 """environment steps in a batch, where nobody says."""
-_FINAL_ADVANTAGE, _MOST_ADVANTAGE = 0.97, 0.9999
+_MOST_ADVANTAGE = 0.9999
 """advantage learning at the end, where nobody says, and at most."""
 StateInput = Literal["heads", "one-hot", "raw"]
 Initialization = Literal["he", "thesis"]
@@ -83,10 +83,15 @@ class DQNConfig(OffPolicyConfig):
         advantage_learning: part, in [0, 0.9999], of what an action is behind the best one by which its target is
             lowered, so that errors of a network, small as they are, do not choose between actions; needs segments.
             Values of the best actions stay what they are, those of others become lower bounds. 0: none (thesis). None:
-            0.985 where observations are numbered, since horizons are long there, and else 0.9.
+            0.95 where observations are numbered, since horizons are long there, and else 0.9.
         final_advantage_learning: the same at `total_steps`; in the second half, what distances are multiplied by grows
-            to there. A large part keeps a policy as it is, for good and ill. None: 0.97, `advantage_learning` where
-            that is more, and 0 where that is 0.
+            to there. A large part keeps a policy as it is, for good and ill. None: 0.985 where observations are
+            numbered and else 0.97, `advantage_learning` where that is more, and 0 where that is 0.
+        temperature: the policy that is learned chooses with probability proportional to exp(output / temperature),
+            without what is less than a thousandth as likely as the best action, >= 0. Where a network is wrong about
+            what is nearly alike, the greedy policy may run in a circle for ever; this one leaves it, and since
+            advantage learning keeps outputs apart, little is lost. 0, and where outputs are not squashed: the best
+            action (thesis).
         ladder: sub-environment i of n explores with probability epsilon^(1 + ladder * i / (n - 1)), so that some follow
             the policy to where it leads and others stray, >= 0; 0: all with epsilon (thesis).
         persistence: in every second sub-environment an exploring action is kept for a random number of steps, n of them
@@ -106,6 +111,8 @@ class DQNConfig(OffPolicyConfig):
     References:
         H. van Hasselt, A. Guez, D. Silver, Deep reinforcement learning with double Q-learning, AAAI 2016,
         https://doi.org/10.1609/aaai.v30i1.10295.
+        N. Vieillard, O. Pietquin, M. Geist, Munchausen reinforcement learning, NeurIPS 2020,
+        https://arxiv.org/abs/2007.14430 (what advantage learning and a temperature have to do with each other).
         R. Toro Icarte et al., Reward machines: exploiting reward function structure in reinforcement learning, JAIR
         2022, https://doi.org/10.1613/jair.1.12440 (counterfactual replay).
         V. Mnih et al., Human-level control through deep reinforcement learning, Nature 2015,
@@ -135,6 +142,7 @@ class DQNConfig(OffPolicyConfig):
     trace_decay: float = 0.95
     advantage_learning: float | None = None
     final_advantage_learning: float | None = None
+    temperature: float = 0.25
     buffer_size: int = 200_000
     max_memory: float | None = None
     train_frequency: int | None = None
@@ -234,11 +242,11 @@ class DQNConfig(OffPolicyConfig):
     def filled(self, *, numbered: bool) -> DQNConfig:
         """Return the configuration with what depends on whether observations are numbered filled in."""
         if numbered:
-            tau, curiosity, advantage, rows = 0.1, 0.25, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
+            tau, curiosity, advantage, final, rows = 0.1, 0.25, 0.95, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
         else:
-            tau, curiosity, advantage, rows = 0.005, 0.0, 0.9, _BATCH
+            tau, curiosity, advantage, final, rows = 0.005, 0.0, 0.9, 0.97, _BATCH
         advantage = advantage if self.advantage_learning is None else self.advantage_learning
-        final = max(advantage, _FINAL_ADVANTAGE) if advantage else 0.0
+        final = max(advantage, final) if advantage else 0.0
         frequency = max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps / _UNHURRIED)))
         return dataclasses.replace(
             self,
@@ -274,8 +282,8 @@ def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
 
 
 _PLAIN: dict[str, Any] = {
-    "waves": 0, "output": "linear", "horizon": 0, "trace_length": 1, "advantage_learning": 0.0, "ladder": 0.0,
-    "persistence": 1, "exploring_starts": 0.0, "curiosity": 0.0,
+    "waves": 0, "output": "linear", "horizon": 0, "trace_length": 1, "advantage_learning": 0.0, "temperature": 0.0,
+    "ladder": 0.0, "persistence": 1, "exploring_starts": 0.0, "curiosity": 0.0,
 }  # fmt: skip
 """without what has come since 2018."""
 _FLAGS = ("batch_norm", "layer_norm", "double", "counterfactual")
@@ -292,6 +300,7 @@ _RANGES = {  # lowest, highest, whether the lowest is allowed
     "l2": (0.0, math.inf, True),
     "averaging": (0.0, 1.0, False),
     "trace_decay": (0.0, 1.0, True),
+    "temperature": (0.0, math.inf, True),
     "ladder": (0.0, math.inf, True),
     "exploring_starts": (0.0, 1.0, True),
 }

@@ -5,8 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 
+import numpy as np
 import torch
 from torch import Tensor, nn
+
+from ltlc.rewards import RewardTables, ValueBounds
 
 from ..training.memory import check_memory
 from ..trunk import FEW
@@ -18,6 +21,10 @@ FIRST_OUTPUT = -4.0
 """where squashed outputs begin: near the least value, so that nothing is hoped for that was never seen."""
 _FREQUENCY = 4.0
 """of waves, over features in [-1, 1]: circles a tenth of the world across can be told apart."""
+_SURE = 1e-6
+"""squashed outputs nearer to 0 or 1 cannot be told apart."""
+_NEVER = 1e-3
+"""what is less likely than so many times the best action is not chosen."""
 _COPIES = 5
 """that learning needs of the weights: the target, the average, the gradient, and two moments of the gradient."""
 
@@ -146,6 +153,33 @@ class QNetwork(nn.Module):
         if self.state_input == "raw":
             return torch.cat([features, states[:, None].to(features.dtype)], dim=1)
         return torch.cat([features, nn.functional.one_hot(states, self.n_states).to(features.dtype)], dim=1)
+
+
+def near_best(values: Tensor, low: float, width: float, temperature: float) -> Tensor:
+    """How likely actions are that are chosen in proportion to exp(output / temperature), of those worth a thought.
+
+    The least likely ones are never chosen, so nothing is risked that is known to be worse.
+
+    Args:
+        values: shape (..., n_actions); -inf of an action that there is not.
+        low: least value.
+        width: from there to the largest one.
+        temperature: how far outputs may be apart that are nearly alike, > 0.
+
+    Returns:
+        Probabilities, float64, of the shape of `values`.
+    """
+    parts = ((values.double() - low) / width).clamp(_SURE, 1 - _SURE)
+    outputs = torch.logit(parts).masked_fill(values == -torch.inf, -torch.inf)
+    chances = torch.softmax(outputs / temperature, dim=-1)
+    chances = torch.where(chances < _NEVER * chances.amax(dim=-1, keepdim=True), 0.0, chances)
+    return chances / chances.sum(dim=-1, keepdim=True)
+
+
+def squashable(tables: RewardTables, bounds: ValueBounds) -> bool:
+    """Whether values can be kept within bounds by squashing: they are known, and only gains are paid."""
+    finite = np.isfinite(bounds.least).all() and np.isfinite(bounds.largest).all()
+    return bool(finite and (tables.expected_reward >= 0).all() and (tables.final_value >= 0).all())
 
 
 def n_waves(config: DQNConfig, n_features: int) -> int:

@@ -53,7 +53,7 @@ class TablePolicy:
         pairs = (self.encoder.n_observations, tables.n_states)
         if table.shape not in (pairs, (*pairs, n_actions)):
             raise InvalidArgumentError(f"a table of shape {table.shape} for {pairs} observations and table states")
-        self._generator = np.random.default_rng(0)
+        self.reseed(0)
 
     @classmethod
     def learned_task(cls, env: LTLVectorWrapper, config: AgentConfig) -> Task:
@@ -68,6 +68,10 @@ class TablePolicy:
             InvalidArgumentError: observations are not discrete, or the rewards want more than actions.
         """
         Experience(env, config.seed)
+
+    def reseed(self, seed: int) -> None:
+        """Let what the policy draws begin anew from a seed."""
+        self._generator = np.random.default_rng(seed)
 
     def policy_table(self) -> npt.NDArray[Any]:
         """Return the table: actions, or their probabilities."""

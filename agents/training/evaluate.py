@@ -92,7 +92,7 @@ class EvaluationCallback:
 
 @dataclass(frozen=True)
 class Rollouts:
-    """Episodes under the greedy policy.
+    """Episodes under a policy.
 
     Attributes:
         episodes: in the order in which they began.
@@ -151,7 +151,7 @@ def rollout(
     max_steps: int = 1_000_000,
     confidence: float = 0.95,
 ) -> Rollouts:
-    """Run the greedy policy for a number of episodes.
+    """Run the policy for a number of episodes.
 
     Each sub-environment contributes the same number of episodes, rounded up, so that short ones are not preferred.
 
@@ -168,6 +168,7 @@ def rollout(
         raise InvalidArgumentError(f"n_episodes is {n_episodes}; at least 2 are needed for an interval")
     collector = Collector(interface, agent.encoder)
     collector.reset(seed)
+    agent.reseed(seed)
     quota = -(-n_episodes // env.num_envs)
     episodes: list[Episode] = []
     finished = np.zeros(env.num_envs, dtype=np.int64)

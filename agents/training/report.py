@@ -76,9 +76,9 @@ def report(agent: Agent, judge: Judge | None, env: LTLVectorWrapper, *, episodes
 
 
 def tabular_policy(agent: Agent, mdp: LabelledMDP) -> npt.NDArray[Any]:
-    """The greedy action in each environment state and table state, shape (n_mdp_states, n_table_states).
+    """The action in each environment state and table state, shape (n_mdp_states, n_table_states).
 
-    Of a tabular learner that chooses at random, the probability of each action, float, with a last axis more.
+    Of an agent that chooses at random, the probability of each action, float, with a last axis more.
 
     Raises:
         InvalidArgumentError: the agent's observations are not the states of the model.

@@ -27,7 +27,7 @@ def draw_episodes(
     subtitle: str = "",
     seed: int = 0,
 ) -> Path | None:
-    """Draw an episode of each sub-environment under the greedy policy.
+    """Draw an episode of each sub-environment under the policy.
 
     Args:
         agent: the agent.
@@ -48,6 +48,7 @@ def draw_episodes(
         return None
     collector = Collector(Interface.of(env), agent.encoder)
     collector.reset(seed)
+    agent.reseed(seed)
     scenes = scenes_of(env)
     places, states = [[scene.position for scene in scenes]], [env.automaton_state]
     ended: dict[int, Episode] = {}
