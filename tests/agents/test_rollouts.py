@@ -56,3 +56,31 @@ def test_greedy_policy_needs_a_list_of_observations() -> None:
     with pytest.raises(InvalidArgumentError, match="pass observations="):
         greedy_policy(agent)
     assert greedy_policy(agent, np.zeros((3, 2), dtype=np.float32)).shape == (3, 1)
+
+
+def test_the_policy_of_the_network_is_drawn_as_its_chances_say() -> None:
+    env = grid()
+    space, tables = env.single_observation_space, Task("!C U (A & (!C U B))").tables
+    agent = DoubleDQN(space, 5, tables, DQNConfig(hidden=(4,), temperature=0.5))
+    table = agent.policy_table()
+    assert table.shape == (9, tables.n_states, 5) and table.dtype == np.float64
+    assert np.allclose(table.sum(axis=-1), 1, atol=1e-12)
+    shown, n = np.full(20_000, 3), 20_000
+    seen = np.bincount(agent.policy(shown, np.full(n, tables.initial_state)), minlength=5) / n
+    assert np.abs(seen - table[3, tables.initial_state]).max() < 5 * 0.5 / np.sqrt(n)
+    agent.reseed(1)
+    first = agent.policy(shown, np.full(n, tables.initial_state))
+    agent.reseed(1)
+    assert (agent.policy(shown, np.full(n, tables.initial_state)) == first).all()
+    greedy = DoubleDQN(space, 5, tables, DQNConfig(hidden=(4,), temperature=0.0))
+    assert (greedy.policy_table() == agent.q_values(np.arange(9)).argmax(axis=-1)).all()
+    judge = Judge(labelled_mdp(GridWorld(MAP, slip=0.05)), Task("!C U (A & (!C U B))"))
+    assert 0 < judge.satisfaction(table) < judge.maximum.probability
+
+
+def test_rollouts_of_a_random_policy_are_the_same_again() -> None:
+    task = Task("F(A & F B) & G !C")
+    env = LTLVectorWrapper(VectorGridWorld(MAP, 4, slip=0.05, max_episode_steps=50), task, observation="none")
+    agent = DoubleDQN(env.single_observation_space, 5, task.tables, DQNConfig(hidden=(4,), temperature=0.5))
+    assert rollout(agent, env, 20, seed=3) == rollout(agent, env, 20, seed=3)
+    assert rollout(agent, env, 20, seed=3) != rollout(agent, env, 20, seed=4)

@@ -12,6 +12,7 @@ from small_tables import small_tables
 from ltlc.agents import DoubleDQN, DQNConfig
 from ltlc.agents.double_dqn.config import fitted_horizon
 from ltlc.agents.double_dqn.exploration import ExploringStarts, Whims
+from ltlc.agents.double_dqn.networks import near_best
 from ltlc.agents.double_dqn.replay import Segments
 from ltlc.agents.tensor_tables import TensorTables
 from ltlc.agents.training.collect import Interface
@@ -168,7 +169,7 @@ def small_segments(learner: DoubleDQN) -> Segments:
 
 
 def test_waiting_with_a_choice_is_never_better_than_next_to_nothing() -> None:
-    learner = DoubleDQN(spaces.Discrete(4), 2, CHOICE, DQNConfig(hidden=(8,), curiosity=0.0))
+    learner = DoubleDQN(spaces.Discrete(4), 2, CHOICE, DQNConfig(hidden=(8,), curiosity=0.0, temperature=0.0))
     state = np.array([CHOICE.initial_state])
     assert learner.tensor_tables.n_options == 3
     for layer in learner.policy_network.layers:
@@ -181,6 +182,21 @@ def test_waiting_with_a_choice_is_never_better_than_next_to_nothing() -> None:
     with torch.no_grad():
         last.bias.view(-1, 2)[CHOICE.initial_state] = 3.0  # by far
     assert learner.policy(np.array([0]), state)[0] < 2
+
+
+def test_nearly_equal_actions_are_drawn_by_their_outputs_and_others_never() -> None:
+    g = np.random.default_rng(0)
+    for _ in range(200):
+        low, width, temperature = g.uniform(-2, 0), g.uniform(0.5, 3), g.uniform(0.05, 1)
+        values = low + width * g.uniform(0.001, 0.999, size=4)
+        values[g.integers(4)] = -np.inf if g.random() < 0.5 else low
+        weights = []
+        for value in values:
+            part = min(max((value - low) / width, 1e-6), 1 - 1e-6)
+            weights.append(0.0 if np.isinf(value) else (part / (1 - part)) ** (1 / temperature))
+        kept = [weight if weight >= max(weights) / 1000 else 0.0 for weight in weights]
+        found = near_best(torch.tensor(values), low, width, temperature).numpy()
+        assert found == pytest.approx(np.array(kept) / sum(kept), abs=1e-9)
 
 
 def test_curiosity_looks_for_what_was_not_tried() -> None:
