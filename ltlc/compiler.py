@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import MutableMapping
+from collections.abc import Iterable, MutableMapping
 from dataclasses import replace
 from itertools import islice
 from typing import Literal, get_args, overload
@@ -11,6 +11,7 @@ from typing import Literal, get_args, overload
 from ltlc import formats
 from ltlc.automata import DFA, DRA
 from ltlc.automata.forms import Form, with_form
+from ltlc.automata.possible import possible_letters
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, UnknownNameError, check_type
@@ -36,6 +37,8 @@ def compile(
     max_states: int = MAX_STATES,
     timeout: float | None = None,
     cache: Cache | None = None,
+    exclusive: Iterable[Iterable[str]] = (),
+    letters: Iterable[Iterable[str]] | None = None,
 ) -> DRA: ...
 
 
@@ -46,6 +49,8 @@ def compile(
     finite: Literal[True],
     max_states: int = MAX_STATES,
     timeout: float | None = None,
+    exclusive: Iterable[Iterable[str]] = (),
+    letters: Iterable[Iterable[str]] | None = None,
 ) -> DFA: ...
 
 
@@ -60,6 +65,8 @@ def compile(
     max_states: int = MAX_STATES,
     timeout: float | None = None,
     cache: Cache | None = None,
+    exclusive: Iterable[Iterable[str]] = (),
+    letters: Iterable[Iterable[str]] | None = None,
 ) -> DRA | DFA:
     """Translate an LTL formula into a small deterministic Rabin automaton for the same words.
 
@@ -80,6 +87,11 @@ def compile(
             is the result; TimeLimitExceeded if there is none.
         cache: a dictionary in which results are looked up and kept; formulas that differ in the names of their
             propositions only share an entry.
+        exclusive: groups of propositions of which at most one holds at a time, as `[{"room1", "room2"}]`; they may
+            overlap, and name propositions that the formula does not mention. The automaton reads only letters that
+            are possible then, and raises `ImpossibleLetterError` on another one.
+        letters: instead of that, all letters that are possible, each a set of names; what the formula does not mention
+            is left out of them.
 
     Raises:
         LtlSyntaxError: the text is not a formula.
@@ -93,6 +105,8 @@ def compile(
         True
         >>> compile("F goal & last", finite=True).accepts([["goal"]])
         True
+        >>> compile("F(a & F b)").n_classes, compile("F(a & F b)", exclusive=[{"a", "b"}]).n_classes
+        (4, 3)
     """
     options = Options(acceptance, translator, effort, max_states, timeout).checked()
     if form not in get_args(Form):
@@ -103,10 +117,11 @@ def compile(
         check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     with time_limit(formula_or_text if isinstance(formula_or_text, str) else "the formula", timeout):
         formula = as_formula(formula_or_text, finite=finite)
-        if finite:
-            check_size(formula)
-            return translate_finite(formula, max_states=options.max_states)
         shape, names = canonical_propositions(formula)
+        possible = possible_letters(names, exclusive, letters)
+        if finite:
+            return translate_finite(formula, max_states=options.max_states, possible=possible)
+        options = options._replace(possible=possible)
         text = str(formula)
         known = None if cache is None else cache.get((shape, options))
         if known is None:

@@ -5,7 +5,8 @@
     ├── FileFormatError (ValueError)       a file or a document in it is wrong; has path, line/column or key
     ├── InvalidAutomatonError (ValueError) an automaton is not a complete deterministic Rabin automaton
     ├── InvalidArgumentError (ValueError)  an argument is out of range or does not fit the others
-    │   └── UnknownNameError               a name is not in a registry; suggests the nearest ones
+    │   ├── UnknownNameError               a name is not in a registry; suggests the nearest ones
+    │   └── ImpossibleLetterError          a letter occurs that was declared impossible
     ├── TrainingDiverged                   the loss of a training run is no longer a finite number
     ├── WorkerLost                         a process that steps environments has ended
     ├── MissingProgramError                an optional program or package is not installed
@@ -100,6 +101,27 @@ class UnknownNameError(InvalidArgumentError):
         near = difflib.get_close_matches(str(self.name), self.known, n=3)
         advice = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join(self.known)}."
         return f"unknown {self.kind} {self.name!r}. {advice}"
+
+
+class ImpossibleLetterError(InvalidArgumentError):
+    """A letter occurs that was declared impossible.
+
+    Attributes:
+        together: the propositions that do not hold together, or not without others.
+        letter: all propositions that hold.
+    """
+
+    def __init__(self, together: Iterable[str], letter: Iterable[str]) -> None:
+        self.together, self.letter = frozenset(together), frozenset(letter)
+        super().__init__(self.together, self.letter)
+
+    def __str__(self) -> str:
+        shown, part = ("{" + ", ".join(sorted(names)) + "}" for names in (self.letter, self.together))
+        why = "" if self.together == self.letter else f", since of its propositions {part} was"
+        return (
+            f"the letter {shown} occurs, and it was declared impossible{why}: correct the labels, or what is declared "
+            "as exclusive or as possible letters"
+        )
 
 
 def check_type(value: object, kind: type | tuple[type, ...], name: str, expected: str) -> None:

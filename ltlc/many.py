@@ -12,6 +12,7 @@ from multiprocessing import get_context
 from numbers import Integral
 
 from ltlc.automata import DRA
+from ltlc.automata.possible import possible_letters
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.compiler import Cache, as_formula, canonical_propositions
@@ -37,6 +38,8 @@ def compile_many(
     workers: int | None = 1,
     cache: Cache | None = None,
     progress: Callable[[int, int], None] | None = None,
+    exclusive: Iterable[Iterable[str]] = (),
+    letters: Iterable[Iterable[str]] | None = None,
 ) -> list[DRA]:
     """`ltlc.compile` for many formulas.
 
@@ -54,6 +57,8 @@ def compile_many(
             script has to keep its own work under `if __name__ == "__main__":`.
         cache: see `ltlc.compile`.
         progress: called with the number of shapes translated so far and of those to translate.
+        exclusive: see `ltlc.compile`; for all formulas.
+        letters: see `ltlc.compile`; for all formulas.
 
     Returns:
         The automata in the order of the formulas; the same as one call of `ltlc.compile` for each.
@@ -80,8 +85,9 @@ def compile_many(
     if cache is not None:
         check_type(cache, MutableMapping, "cache", "a dictionary, or None")
     known: Cache = {} if cache is None else cache
-    read: list[tuple[Formula, tuple[str, ...], str]] = []
-    missing: dict[Formula, None] = {}
+    read: list[tuple[Formula, Options, tuple[str, ...], str]] = []
+    missing: dict[tuple[Formula, Options], None] = {}
+    groups, possible = [frozenset(group) for group in exclusive], None if letters is None else list(letters)
 
     def jobs() -> Iterator[_Job]:
         for formula in formulas:
@@ -90,25 +96,26 @@ def compile_many(
                 parsed = as_formula(formula)
                 shape, names = canonical_propositions(parsed)
                 text = str(parsed)
-            read.append((shape, names, text))
-            if shape not in missing and (shape, options) not in known:
-                missing[shape] = None
-                yield shape, options, text, time.monotonic() - started
+                own = options._replace(possible=possible_letters(names, groups, possible))
+            read.append((shape, own, names, text))
+            if (shape, own) not in missing and (shape, own) not in known:
+                missing[shape, own] = None
+                yield shape, own, text, time.monotonic() - started
 
-    for done, (shape, automaton) in enumerate(_translated(jobs(), workers), 1):
-        known[shape, options] = automaton
+    for done, ((shape, own, *_), automaton) in enumerate(_translated(jobs(), workers), 1):
+        known[shape, own] = automaton
         if progress is not None:
             progress(done, len(missing))
-    return [replace(known[shape, options], aps=names, formula=text) for shape, names, text in read]
+    return [replace(known[shape, own], aps=names, formula=text) for shape, own, names, text in read]
 
 
-def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[Formula, DRA]]:
-    """The shapes with their automata, in order; the first one comes when there are no more jobs to come."""
+def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[_Job, DRA]]:
+    """The jobs with their automata, in order; the first one comes when there are no more jobs to come."""
     n_workers = os.cpu_count() or 1 if workers is None else workers
     first = list(islice(jobs, 2 * _CHUNK if n_workers > 1 else None))
     if n_workers <= 1 or len(first) < 2 * _CHUNK:
         for job in first:
-            yield job[0], _translate(job)
+            yield job, _translate(job)
         return
     ahead = chain(first, jobs)
     under_way: list[tuple[list[_Job], Future[list[DRA]]]] = []
@@ -118,7 +125,7 @@ def _translated(jobs: Iterator[_Job], workers: int | None) -> Iterator[tuple[For
             while chunk := list(islice(ahead, _CHUNK)):
                 under_way.append((chunk, pool.submit(_translate_all, chunk)))
             for chunk, automata in under_way:
-                yield from zip((shape for shape, *_ in chunk), automata.result(), strict=True)
+                yield from zip(chunk, automata.result(), strict=True)
         finally:
             for _, automata in under_way:
                 automata.cancel()

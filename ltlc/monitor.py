@@ -10,11 +10,12 @@ import numpy.typing as npt
 
 from ltlc.automata import DFA
 from ltlc.automata.partition import number_blocks, refine
+from ltlc.automata.possible import possible_letters
 from ltlc.automata.rabin import DRA, IntArray
 from ltlc.budget import MAX_STATES, Budget, check_time, time_limit
 from ltlc.compiler import as_formula, check_size
 from ltlc.errors import InvalidArgumentError, check_type
-from ltlc.ltl import Formula
+from ltlc.ltl import Formula, propositions
 from ltlc.translate import Options, translate, translate_finite
 
 CodeArray = npt.NDArray[np.int8]
@@ -63,7 +64,7 @@ class Monitor:
         aps: the propositions; bit i of a letter is the i-th.
         formula: the formula as text, or None.
         delta: shape (n_states, n_classes), int32; entry = next state; state 0 is before the first letter.
-        letter_class: shape (2**len(aps),), int32; entry = class of the letter.
+        letter_class: shape (n_letters,), int32; entry = class of the letter.
         codes: shape (n_states,), int8; `Verdict.code` of each state.
         state: where it is now.
 
@@ -73,6 +74,8 @@ class Monitor:
             on, and else says what it is if the trace ends here.
         max_states: limit for every automaton on the way.
         timeout: seconds for making it, or None.
+        exclusive: see `ltlc.compile`.
+        letters: see `ltlc.compile`.
 
     Raises:
         LtlSyntaxError: the text is not a formula.
@@ -96,6 +99,8 @@ class Monitor:
         finite: bool = False,
         max_states: int = MAX_STATES,
         timeout: float | None = None,
+        exclusive: Iterable[Iterable[str]] = (),
+        letters: Iterable[Iterable[str]] | None = None,
     ) -> None:
         options = Options(effort="fast", max_states=max_states, timeout=timeout).checked()
         if isinstance(formula, DFA):
@@ -104,7 +109,9 @@ class Monitor:
             with time_limit(formula if isinstance(formula, str) else "the formula", timeout):
                 parsed = as_formula(formula, finite=finite)
                 check_size(parsed)
-                trace = translate_finite(parsed, max_states=options.max_states)
+                possible = possible_letters(propositions(parsed), exclusive, letters)
+                options = options._replace(possible=possible)
+                trace = translate_finite(parsed, max_states=options.max_states, possible=possible)
                 words = None if finite else translate(parsed, options)
         self.aps: tuple[str, ...] = trace.aps
         self.formula: str | None = trace.formula
@@ -171,10 +178,15 @@ class Monitor:
 
         Raises:
             UnknownNameError: a name is not one of `aps`.
+            ImpossibleLetterError: the letter was declared impossible.
             InvalidArgumentError: it is no set of names.
         """
         self.state = self._rows[self.state][self.letter_class[self._table.letter(propositions)]]
         return self._verdicts[self.state]
+
+    def letter(self, propositions: Iterable[str]) -> int:
+        """The number of a letter, as `run` takes it; see `DRA.letter`."""
+        return self._table.letter(propositions)
 
     def run(self, letters: npt.ArrayLike) -> CodeArray:
         """The codes of the verdicts after each letter of one word or of many, from their beginning.
@@ -182,7 +194,8 @@ class Monitor:
         The monitor itself stays where it is.
 
         Args:
-            letters: shape (n_letters,) or (n_letters, n_words), whole numbers; bit i = `aps[i]` holds.
+            letters: shape (n_letters,) or (n_letters, n_words), whole numbers; bit i = `aps[i]` holds, unless letters
+                are impossible: then as `letter` gives them.
 
         Returns:
             The same shape; `VERDICTS[code]` is the verdict.
@@ -201,9 +214,8 @@ class Monitor:
         if given.ndim not in (1, 2) or given.dtype.kind not in "iu":
             raise InvalidArgumentError("letters must be whole numbers, one a step, or one a step and word")
         if given.min() < 0 or given.max() >= len(self.letter_class):
-            raise InvalidArgumentError(
-                f"letters are numbers from 0 to {len(self.letter_class) - 1}, a bit for each of {self.aps}"
-            )
+            what = f"a bit for each of {self.aps}" if self._table.possible is None else "as Monitor.letter gives them"
+            raise InvalidArgumentError(f"letters are numbers from 0 to {len(self.letter_class) - 1}, {what}")
         classes = self.letter_class[given]
         states = np.empty(given.shape, dtype=np.int32)
         if given.ndim == 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -42,6 +43,8 @@ class Task:
             (the thesis code; such a letter repeats the state instead of being read); None for none.
         acceptance: see `ltlc.compile`; without effect for an automaton.
         translator: see `ltlc.compile`; without effect for an automaton.
+        exclusive: see `ltlc.compile`; without effect for an automaton.
+        letters: see `ltlc.compile`; without effect for an automaton.
 
     Warns:
         RewardWarning: the scheme has no guarantee.
@@ -73,15 +76,19 @@ class Task:
         hold: str | None = None,
         acceptance: AcceptanceKind = "state",
         translator: str = "auto",
+        exclusive: Iterable[Iterable[str]] = (),
+        letters: Iterable[Iterable[str]] | None = None,
     ) -> None:
         if isinstance(formula, DRA):
             automaton = formula
         elif isinstance(formula, DFA):
             automaton = formula.with_goal(goal)
         elif finite:
-            automaton = compile(formula, finite=True).with_goal(goal)
+            automaton = compile(formula, finite=True, exclusive=exclusive, letters=letters).with_goal(goal)
         else:
-            automaton = compile(formula, acceptance=acceptance, translator=translator)
+            automaton = compile(
+                formula, acceptance=acceptance, translator=translator, exclusive=exclusive, letters=letters
+            )
         if not isinstance(reward, str) and shaping:
             raise InvalidArgumentError("shaping goes with the name of a scheme; wrap a scheme object in Shaped instead")
         check_type(reward, (str, RewardScheme), "reward", "the name of a scheme, or a scheme")
@@ -154,6 +161,7 @@ def with_hold(automaton: DRA, proposition: str) -> DRA:
         aps=(*automaton.aps, proposition),
         delta=np.column_stack([automaton.delta, np.arange(n, dtype=np.int32)]),
         letter_class=np.concatenate([automaton.letter_class, np.full_like(automaton.letter_class, k)]),
+        possible=None if automaton.possible is None else (*automaton.possible, (0, 1 << len(automaton.aps))),
         fin=fin,
         inf=inf,
     )

@@ -128,9 +128,7 @@ class Experience:
         Raises:
             FileFormatError: it is something else.
         """
-        *counts, classes = content["seen"].entries(4)
-        read = [entry.count(most=self.tables.n_classes - 1) for entry in classes.entries()]
-        self._collector.load_seen_state([*(entry.count() for entry in counts), read])
+        self._collector.load_seen_state(content["seen"], self.tables.n_classes)
         self.steps = content["steps"].count()
 
     def step(self, actions: IntArray) -> Batch:

@@ -30,7 +30,8 @@ class EmpiricalModel:
     def __init__(self, experience: Experience) -> None:
         automaton, tables = experience.automaton, experience.tables
         self._aps = automaton.aps
-        _, self._letters = np.unique(automaton.letter_class, return_index=True)
+        _, first = np.unique(automaton.letter_class, return_index=True)
+        self._letters = automaton.letter_numbers.masks(first)
         self.n_states, self.n_actions = experience.n_states, experience.n_actions
         self.visits = np.zeros((self.n_states, self.n_actions), dtype=np.int64)
         self.terminal = np.zeros(self.n_states, dtype=np.bool_)
@@ -82,7 +83,7 @@ class EmpiricalModel:
         return LabelledMDP(
             aps=self._aps,
             transitions=tuple(transitions),
-            letters=self._letters.astype(np.int64),
+            letters=self._letters,
             label_probability=sparse.csr_array(self._label_probability()),
             initial_state=int(self.start.argmax()),
             initial_distribution=self.start,

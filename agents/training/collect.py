@@ -15,10 +15,12 @@ from gymnasium.vector.utils import concatenate, create_empty_array
 from ltlc.envs import LTLVectorWrapper
 from ltlc.envs.action_masks import MASK
 from ltlc.errors import InvalidArgumentError
+from ltlc.graph import bits
 from ltlc.rewards import RewardTables
 
 from ..encoder import ObservationEncoder, without_texts
 from ..transitions import TransitionBatch
+from .contents import Content
 from .shortcomings import Seen
 
 BoolArray = npt.NDArray[np.bool_]
@@ -178,12 +180,23 @@ class Collector:
 
     def seen_state(self) -> list[Any]:
         """What `seen` follows from, as plain values."""
-        return [self.episodes, self.accepting_steps, self.letters, sorted(self.classes)]
+        # Files hold numbers of 63 bits at most.
+        letters = self.letters if self.letters.bit_length() < 63 else bits(self.letters)
+        return [self.episodes, self.accepting_steps, letters, sorted(self.classes)]
 
-    def load_seen_state(self, state: list[Any]) -> None:
-        """Go back to what `seen_state` gave."""
-        self.episodes, self.accepting_steps, self.letters = state[:3]
-        self.classes = set(state[3])
+    def load_seen_state(self, state: Content, n_classes: int) -> None:
+        """Check what `seen_state` gave, read from a file, and go back to it.
+
+        Raises:
+            FileFormatError: it is something else.
+        """
+        episodes, accepting_steps, letters, classes = state.entries(4)
+        read = {entry.count(most=n_classes - 1) for entry in classes.entries()}
+        is_list = isinstance(letters.value, list | tuple)
+        seen = sum(1 << entry.count(most=1 << 16) for entry in letters.entries()) if is_list else letters.count()
+        self.episodes, self.accepting_steps, self.letters, self.classes = (
+            episodes.count(), accepting_steps.count(), seen, read
+        )  # fmt: skip
 
     def reset(self, seed: int) -> None:
         """Begin new episodes everywhere; those under way are dropped.
@@ -255,7 +268,8 @@ class Collector:
         if self.interface.wrapper is not None:
             self.states = np.asarray(infos["ltl"]["state"], dtype=np.int64)
             labels = infos["ltl"]["label"]
-            self.letters |= int(np.bitwise_or.reduce(labels))
+            numbers = self.interface.wrapper.task.automaton.letter_numbers
+            self.letters |= int(np.bitwise_or.reduce(numbers.masks(labels)))
             self.classes.update(self.interface.wrapper.task.tables.letter_class[labels].tolist())
 
     def _ltl(self, infos: dict[str, Any], terminated: BoolArray) -> dict[str, Any]:

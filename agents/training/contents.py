@@ -18,6 +18,7 @@ import torch
 from gymnasium import spaces
 from torch import Tensor, nn
 
+from ltlc.automata.possible import MAX_APS, Possible
 from ltlc.errors import FileFormatError, LtlcError
 from ltlc.rewards import RewardTables
 
@@ -29,7 +30,7 @@ _DEPTH = 60
 """values are nested no deeper."""
 _SHARED = 16
 """bytes of all tensors for each byte of the file, at most; tensors may share their numbers."""
-_MAX_APS = 20
+_MOST_NAMES = 1 << 16
 _DTYPES = {"IntArray": torch.int32, "FloatArray": torch.float64, "BoolArray": torch.bool}
 """of the arrays of reward tables, by their annotation."""
 _PLAIN = (torch.float64, torch.float32, torch.float16, torch.int64, torch.int32, torch.int16, torch.int8, torch.uint8,
@@ -206,13 +207,24 @@ def tables_of(content: Content) -> RewardTables:
             values[name] = part.count()
         elif kind == "tuple[str, ...]":
             values[name] = tuple(entry.text() for entry in part.entries())
-            part.check(len(values[name]) <= _MAX_APS, f"has {len(values[name])} entries; at most {_MAX_APS}")
+            free = "possible" not in keys or content["possible"].value is None
+            part.check(len(values[name]) <= MAX_APS or not free, f"has {len(values[name])} entries; at most {MAX_APS}")
+        elif name == "possible":
+            values[name] = None if part.value is None else _possible(part)
         else:
             values[name] = part.text()
     try:
         return RewardTables(**values)
     except LtlcError as error:
         content.fail(f"is wrong: {error}")
+
+
+def _possible(content: Content) -> Possible:
+    """The parts of an alphabet, of which each combination is a list of numbers of propositions."""
+    return tuple(
+        tuple(sum(1 << place.count(0, _MOST_NAMES) for place in mask.entries()) for mask in part.entries())
+        for part in content.entries()
+    )
 
 
 def space_of(content: Content) -> spaces.Space[Any]:

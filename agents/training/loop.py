@@ -253,9 +253,7 @@ class _Run:
         Metrics.check_state(saved["metrics"])
         self.memory.check_state(saved["memory"])
         self.steps, self.rounds, self.leg = (saved[name].count() for name in ("steps", "rounds", "leg"))
-        *counts, classes = saved["seen"].entries(4)
-        read = [entry.count(most=self.agent.tables.n_classes - 1) for entry in classes.entries()]
-        self.collector.load_seen_state([*(entry.count() for entry in counts), read])
+        self.collector.load_seen_state(saved["seen"], self.agent.tables.n_classes)
         try:
             self.generator.set_state(saved["generator"].tensor(torch.uint8))
         except RuntimeError as error:

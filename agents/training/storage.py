@@ -17,6 +17,7 @@ from gymnasium import spaces
 
 from ltlc.atomic import atomic_write
 from ltlc.errors import FileFormatError
+from ltlc.graph import bits
 from ltlc.rewards import RewardTables
 
 from .contents import Content, check_plain
@@ -121,6 +122,8 @@ def _checksum(payload: bytes | memoryview, run: str) -> str:
 def tables_to_tensors(tables: RewardTables) -> dict[str, Any]:
     """Reward tables as values that `write_file` takes; `contents.tables_of` is the inverse."""
     values = {field.name: getattr(tables, field.name) for field in fields(tables)}
+    if tables.possible is not None:
+        values["possible"] = [[bits(mask) for mask in part] for part in tables.possible]
     return {
         name: torch.from_numpy(value.copy()) if isinstance(value, np.ndarray) else value
         for name, value in values.items()
@@ -129,7 +132,10 @@ def tables_to_tensors(tables: RewardTables) -> dict[str, Any]:
 
 def same_tables(one: RewardTables, other: RewardTables) -> bool:
     """Whether two tables agree in every entry."""
-    return all(np.array_equal(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    names = [field.name for field in fields(one) if field.name != "possible"]
+    return one.possible == other.possible and all(
+        np.array_equal(getattr(one, name), getattr(other, name)) for name in names
+    )
 
 
 def plain_space(space: spaces.Space[Any]) -> dict[str, Any]:

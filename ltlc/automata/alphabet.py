@@ -1,7 +1,8 @@
 """Letters, letter classes, and guards: sets of letters written as short Boolean formulas.
 
-A letter is a bitmask, bit i = proposition i. A Boolean function of n propositions is a column: a bool array of
-length 2**n with one entry per letter. Letters on which all functions of interest agree form one letter class.
+A letter is a number: a bitmask, bit i = proposition i, unless some letters are impossible (`ltlc.automata.possible`). A
+Boolean function of letters is a column: a bool array with one entry per letter. Letters on which all functions of
+interest agree form one letter class.
 """
 
 from __future__ import annotations
@@ -9,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.automata.guards import Guard, shortest_guard, shortest_guard_among
+from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.budget import check_time
 from ltlc.graph import bits
 from ltlc.ltl.formula import Proposition
@@ -39,33 +42,7 @@ class HasLetters(Protocol):
 
     @property
     def letter_class(self) -> IntArray:
-        """Shape (2**len(aps),), int32; entry = class of the letter."""
-
-
-class Guard(NamedTuple):
-    """A Boolean formula in two levels, of literals (index of the proposition, whether it is positive).
-
-    Attributes:
-        disjunctive: True: an Or of And terms; False: an And of Or clauses.
-    """
-
-    disjunctive: bool
-    terms: tuple[tuple[tuple[int, bool], ...], ...]
-
-    @property
-    def size(self) -> int:
-        """Number of literals."""
-        return sum(map(len, self.terms))
-
-    def text(self, names: Sequence[str], true: str = "true", false: str = "false") -> str:
-        """The guard with these names of the propositions, e.g. `a & !b | c`."""
-        inner, outer = (" & ", " | ") if self.disjunctive else (" | ", " & ")
-        if not self.terms or not self.terms[0]:
-            return true if bool(self.terms) == self.disjunctive else false
-        parts = [inner.join(("" if positive else "!") + names[i] for i, positive in term) for term in self.terms]
-        if not self.disjunctive and len(parts) > 1:
-            parts = [f"({part})" if len(term) > 1 else part for part, term in zip(parts, self.terms, strict=True)]
-        return outer.join(parts)
+        """Shape (n_letters,), int32; entry = class of the letter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +51,18 @@ class Alphabet:
 
     Attributes:
         aps: the propositions; bit i of a letter is the i-th.
-        letter_class: shape (2**len(aps),), int32; entry = class of the letter.
+        letter_class: shape (n_letters,), int32; entry = class of the letter.
+        possible: which letters are possible, see `ltlc.automata.possible`; None: all 2**len(aps).
     """
 
     aps: tuple[str, ...]
     letter_class: IntArray
+    possible: Possible | None = None
+
+    @cached_property
+    def numbers(self) -> LetterNumbers:
+        """The numbering of the letters."""
+        return LetterNumbers(self.aps, self.possible)
 
     @cached_property
     def relevant(self) -> tuple[int, ...]:
@@ -125,6 +109,8 @@ class Alphabet:
     def guard(self, classes: Iterable[int]) -> Guard:
         """A short formula that is true of exactly the letters of these classes."""
         classes = tuple(classes)
+        if self.possible is not None:
+            return self._guard_among(classes)
         literals = self._literals(classes) if classes else None
         if literals is not None:
             return Guard(True, (literals,))
@@ -136,18 +122,30 @@ class Alphabet:
         names = [self.relevant[i] for i in needed]
         return Guard(guard.disjunctive, tuple(tuple((names[i], sign) for i, sign in term) for term in guard.terms))
 
+    @cached_property
+    def _signed(self) -> list[tuple[int, int]]:
+        """For each proposition, the letters without it and those with it, as truth tables."""
+        return [(self.numbers.all & ~table, table) for table in map(self.numbers.holding, range(len(self.aps)))]
+
+    def _guard_among(self, classes: tuple[int, ...]) -> Guard:
+        """The guard where letters are impossible: what it says of these does not matter."""
+        chosen = np.zeros(int(self.letter_class.max()) + 1, dtype=np.bool_)
+        chosen[list(classes)] = True
+        return shortest_guard_among(truth_table(chosen[self.letter_class]), self._signed, self.numbers.all)
+
 
 def guard_text(source: HasLetters, classes: Iterable[int]) -> str:
     """The letters of some classes as a short Boolean formula in LTL syntax, names quoted where they need it.
 
-    The formula is exact, irredundant, and a sum of products or a product of sums, whichever has fewer literals.
+    The formula is exact among the possible letters, irredundant, and a sum of products or a product of sums, whichever
+    has fewer literals.
 
     >>> guard_text(Alphabet(("a", "b"), np.array([0, 0, 0, 1])), [0])
     '!a | !b'
     """
     alphabet = source if isinstance(source, Alphabet) else getattr(source, "alphabet", None)
     if not isinstance(alphabet, Alphabet):
-        alphabet = Alphabet(source.aps, source.letter_class)
+        alphabet = Alphabet(source.aps, source.letter_class, getattr(source, "possible", None))
     return alphabet.guard(classes).text(alphabet.names)
 
 
@@ -294,56 +292,3 @@ def project(column: npt.NDArray[_Scalar], indices: Sequence[int]) -> npt.NDArray
 def truth_table(column: BoolArray) -> int:
     """The column as an integer: bit k is the value at letter k."""
     return int.from_bytes(np.packbits(column, bitorder="little").tobytes(), "little")
-
-
-def shortest_guard(table: int, n_aps: int) -> Guard:
-    """A short two-level formula for a truth table over n_aps propositions (bit k = value at letter k).
-
-    Both the function and its complement are covered; ties go to the sum of products.
-    """
-    full = (1 << (1 << n_aps)) - 1
-    terms = irredundant_cover(table, n_aps)
-    clauses = irredundant_cover(full & ~table, n_aps)
-    guard = Guard(True, _sorted_terms(terms))
-    dual = Guard(False, _sorted_terms([tuple((i, not sign) for i, sign in term) for term in clauses]))
-    return dual if dual.size < guard.size else guard
-
-
-def irredundant_cover(table: int, n_aps: int) -> list[tuple[tuple[int, bool], ...]]:
-    """An irredundant sum of products of a truth table: terms of literals, propositions in increasing order.
-
-    References:
-        S. Minato, Fast generation of irredundant sum-of-products forms from binary decision diagrams, SASIMI 1992;
-        E. Morreale, Recursive operators for prime implicant and irredundant normal form determination, IEEE Trans.
-        Computers 1970, doi 10.1109/T-C.1970.222967. Here on integers as truth tables.
-    """
-    known: dict[tuple[int, int, int], tuple[int, list[tuple[tuple[int, bool], ...]]]] = {}
-
-    def cover(lower: int, upper: int, n: int) -> tuple[int, list[tuple[tuple[int, bool], ...]]]:
-        """Terms over n propositions of a function between lower and upper, and its table."""
-        if not lower:
-            return 0, []
-        if upper == (1 << (1 << n)) - 1:
-            return upper, [()]
-        result = known.get((lower, upper, n))
-        if result is not None:
-            return result
-        check_time()
-        n -= 1
-        half = 1 << n
-        mask = (1 << half) - 1
-        low0, low1, up0, up1 = lower & mask, lower >> half, upper & mask, upper >> half
-        table0, terms0 = cover(low0 & ~up1, up0, n)
-        table1, terms1 = cover(low1 & ~up0, up1, n)
-        both, shared = cover((low0 & ~table0) | (low1 & ~table1), up0 & up1, n)
-        terms = [(*t, (n, False)) for t in terms0] + [(*t, (n, True)) for t in terms1] + shared
-        result = ((table0 | both) | ((table1 | both) << half), terms)
-        known[(lower, upper, n + 1)] = result
-        return result
-
-    return cover(table, table, n_aps)[1]
-
-
-def _sorted_terms(terms: Iterable[tuple[tuple[int, bool], ...]]) -> tuple[tuple[tuple[int, bool], ...], ...]:
-    """Short terms first, then by proposition, positive literals first."""
-    return tuple(sorted(terms, key=lambda term: (len(term), [(i, not sign) for i, sign in term])))

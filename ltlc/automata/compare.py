@@ -1,7 +1,8 @@
 """Exact decisions on languages: emptiness, inclusion, equivalence, and a word as evidence.
 
-All work on the product of the two automata. L(a) is not inside L(b) iff the product has a reachable cycle that some
-pair of a accepts and no pair of b: one Rabin pair together with a Streett condition, for each pair of a.
+All work on the product of the two automata, over the letters that are possible in both. L(a) is not inside L(b) iff the
+product has a reachable cycle that some pair of a accepts and no pair of b: one Rabin pair together with a Streett
+condition, for each pair of a.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.automata.acceptance import exactly_one, only_first
-from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
+from ltlc.automata.alphabet import IntArray
 from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_walk
-from ltlc.automata.rabin import DRA, MAX_APS
+from ltlc.automata.joint import joint_letters
+from ltlc.automata.possible import LetterNumbers
+from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
-from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl.semantics import LassoWord
 
 _ROWS_AT_ONCE = 1 << 16
@@ -34,9 +36,10 @@ class _Product(NamedTuple):
     """by node and letter: the next node."""
     marks: Sequence[Sequence[int]]
     """like `delta`; entry = marks of the edge."""
-    aps: tuple[str, ...]
+    numbers: LetterNumbers
+    """of the joint alphabet."""
     letters: IntArray
-    """shape (n_letters,); one letter over `aps` for each joint letter class."""
+    """shape (n_letters,); the number of one letter for each joint letter class."""
 
     def letters_along(self, edges: Sequence[MarkedEdge]) -> list[int]:
         """Letters that lead along these edges."""
@@ -67,27 +70,24 @@ def counterexample(a: DRA, b: DRA) -> LassoWord | None:
     found = distinguishing_letters(a, b)
     if found is None:
         return None
-    aps, prefix, cycle = found
-    return LassoWord(_letter_sets(aps, prefix), _letter_sets(aps, cycle))
+    numbers, *letters = found
+    prefix, cycle = (tuple(numbers.names(numbers.mask(letter)) for letter in part) for part in letters)
+    return LassoWord(prefix, cycle)
 
 
-def distinguishing_letters(a: DRA, b: DRA) -> tuple[tuple[str, ...], list[int], list[int]] | None:
-    """`counterexample` as propositions, and prefix and cycle as bitmasks over them.
+def distinguishing_letters(a: DRA, b: DRA) -> tuple[LetterNumbers, list[int], list[int]] | None:
+    """`counterexample` as the numbers of its letters, and what they are numbers of.
 
     The propositions are those of the automata, in the order of a and then b; some that do not matter may be missing.
     """
     product = _product(a, b)
     walk = accepting_walk(product.edges, exactly_one(a.n_pairs, b.n_pairs), 0)
-    return walk and (product.aps, product.letters_along(walk[0]), product.letters_along(walk[1]))
-
-
-def _letter_sets(aps: Sequence[str], letters: Sequence[int]) -> tuple[frozenset[str], ...]:
-    return tuple(frozenset(name for i, name in enumerate(aps) if letter >> i & 1) for letter in letters)
+    return walk and (product.numbers, product.letters_along(walk[0]), product.letters_along(walk[1]))
 
 
 def _product(a: DRA, b: DRA) -> _Product:
     """The reachable pairs of states, and what is seen on the way from one to the next."""
-    aps, letters, class_a, class_b = _joint_letters(a.alphabet, b.alphabet)
+    numbers, letters, class_a, class_b = joint_letters(a.alphabet, b.alphabet)
     if a.n_states * b.n_states * len(letters) <= _SMALL_PRODUCT:
         codes, delta = _explored(a, b, class_a.tolist(), class_b.tolist())
     else:
@@ -99,7 +99,7 @@ def _product(a: DRA, b: DRA) -> _Product:
         [m | n for m, n in zip(marks_a[code // b.n_states], marks_b[code % b.n_states], strict=True)] for code in codes
     ]
     edges = [sorted(set(zip(targets, row, strict=True))) for targets, row in zip(delta, marks, strict=True)]
-    return _Product(edges, delta, marks, aps, letters)
+    return _Product(edges, delta, marks, numbers, letters)
 
 
 def _explored(a: DRA, b: DRA, class_a: list[int], class_b: list[int]) -> tuple[list[int], list[list[int]]]:
@@ -142,25 +142,3 @@ def _explored_in_layers(a: DRA, b: DRA, class_a: IntArray, class_b: IntArray) ->
     order = np.argsort(codes)
     delta = order[np.searchsorted(codes, np.concatenate(successors), sorter=order)]
     return codes.tolist(), delta.tolist()
-
-
-def _joint_letters(a: Alphabet, b: Alphabet) -> tuple[tuple[str, ...], IntArray, IntArray, IntArray]:
-    """Propositions that matter to either, one letter per joint class, and the classes of that letter in a and in b."""
-    if a.aps == b.aps and np.array_equal(a.letter_class, b.letter_class):
-        classes = np.arange(len(a.first_letter), dtype=np.int32)
-        return a.aps, a.first_letter, classes, classes
-    aps = tuple(dict.fromkeys([a.aps[i] for i in a.relevant] + [b.aps[i] for i in b.relevant]))
-    if len(aps) > MAX_APS:
-        raise AlphabetLimitExceeded(f"the automata depend on {len(aps)} propositions together; at most {MAX_APS} fit")
-    column_a, column_b = _column(a, aps), _column(b, aps)
-    _, letters = letter_classes([column_a, column_b], 1 << len(aps))
-    return aps, letters, column_a[letters], column_b[letters]
-
-
-def _column(alphabet: Alphabet, aps: tuple[str, ...]) -> IntArray:
-    """The class of each letter over `aps`, which name all that matters to the alphabet."""
-    bits = {alphabet.aps[i]: 1 << i for i in alphabet.relevant}
-    letters = np.zeros(1, dtype=np.int64)
-    for name in aps:
-        letters = np.concatenate([letters, letters | bits.get(name, 0)])
-    return alphabet.letter_class[letters]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.canonical import canonical
 from ltlc.automata.output import Output
 from ltlc.automata.partition import refine
+from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.errors import InvalidArgumentError, check_type
 
@@ -33,9 +34,15 @@ def spoken(aps: tuple[str, ...]) -> tuple[str, ...]:
     return aps[:-1] if aps[-1:] == (END,) else aps
 
 
-def end_bit(aps: tuple[str, ...]) -> int:
-    """The letter in which `END` alone holds; 0 if it is not in the last place."""
-    return 0 if spoken(aps) == aps else 1 << len(aps) - 1
+def end_letter(aps: tuple[str, ...], letter_class: npt.NDArray[Any]) -> int:
+    """What `END` adds to the number of a letter without it; 0 if it is not in the last place."""
+    return 0 if spoken(aps) == aps else len(letter_class) // 2
+
+
+def spoken_letters(aps: tuple[str, ...], possible: Possible | None) -> LetterNumbers:
+    """The numbering of the letters over all propositions but `END` in the last place."""
+    known = possible[:-1] if possible is not None and spoken(aps) != aps else possible
+    return LetterNumbers(spoken(aps), known)
 
 
 class FiniteAnnotations(NamedTuple):
@@ -59,12 +66,13 @@ class DFA(Output):
     Attributes:
         aps: the propositions; bit i of a letter is the i-th.
         delta: shape (n_states, n_classes), int32; entry = next state.
-        letter_class: shape (2**len(aps),), int32; entry = class of the letter; every class occurs.
+        letter_class: shape (n_letters,), int32; entry = class of the letter; every class occurs.
         accepting: shape (n_states,), bool.
         initial_state: the state before any letter is read; whether it is accepting matters only where it is entered
             again, since traces have a letter.
         formula: the formula it was compiled from, as text.
         state_names: one name per state, or None; for readers only.
+        possible: which letters are possible, see `ltlc.automata.possible`; None: all 2**len(aps).
 
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
@@ -84,6 +92,7 @@ class DFA(Output):
     initial_state: int = 0
     formula: str | None = None
     state_names: tuple[str, ...] | None = None
+    possible: Possible | None = None
 
     acceptance = "state"
     n_pairs = 1
@@ -101,6 +110,7 @@ class DFA(Output):
             initial_state=self.initial_state,
             formula=self.formula,
             state_names=self.state_names,
+            possible=self.possible,
         )
         object.__setattr__(self, "_table", table)
         object.__setattr__(self, "delta", table.delta)
@@ -215,7 +225,7 @@ class DFA(Output):
         delta = np.where(self.accepting[self.delta], sink, self.delta)
         delta = np.vstack([delta, np.full((1, self.n_classes), sink)])
         last = np.array([q == sink for q in range(sink + 1)])
-        smallest = DFA(self.aps, delta, self.letter_class, last, self.initial_state).minimal()
+        smallest = DFA(self.aps, delta, self.letter_class, last, self.initial_state, possible=self.possible).minimal()
         formula = None if self.formula is None else f"reach({self.formula})"
         return replace(smallest.table, formula=formula, translator=self.translator)
 
@@ -233,7 +243,8 @@ class DFA(Output):
         delta = np.vstack([np.hstack([self.delta, last]), np.full((1, 2 * k), done), np.full((1, 2 * k), lost)])
         letter_class = np.concatenate([self.letter_class, self.letter_class + k])
         is_done = np.array([q == done for q in range(self.n_states + 2)])
-        smallest = DFA((*self.aps, END), delta, letter_class, is_done, self.initial_state).minimal()
+        possible = None if self.possible is None else (*self.possible, (0, 1 << len(self.aps)))
+        smallest = DFA((*self.aps, END), delta, letter_class, is_done, self.initial_state, possible=possible).minimal()
         formula = None if self.formula is None else f"end({self.formula})"
         return replace(smallest.table, formula=formula, translator=self.translator)
 
@@ -264,4 +275,5 @@ def from_table(table: DRA) -> DFA:
         table.initial_state,
         table.formula,
         table.state_names,
+        table.possible,
     )

@@ -1,7 +1,8 @@
 """The deterministic Rabin automaton, as a frozen value of arrays.
 
-Letters are sets of atomic propositions, written as a bitmask: bit i is `aps[i]`. Letters that no state tells apart
-share a *letter class*, and the tables are indexed by class: `delta[state, letter_class[letter]]`.
+Letters are sets of atomic propositions, written as a number: a bitmask, bit i is `aps[i]`, unless some letters are
+impossible (`ltlc.automata.possible`). Letters that no state tells apart share a *letter class*, and the tables are
+indexed by class: `delta[state, letter_class[letter]]`.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from ltlc.automata.annotate import Annotations, annotate
 from ltlc.automata.languages import equivalent_states
 from ltlc.automata.output import Output
 from ltlc.automata.partition import number_blocks
+from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.errors import (
-    AlphabetLimitExceeded,
     InvalidArgumentError,
     InvalidAutomatonError,
     UnknownNameError,
@@ -34,8 +35,6 @@ from ltlc.errors import (
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 AcceptanceKind = Literal["state", "transition"]
-
-MAX_APS = 20
 
 
 class RabinPair(NamedTuple):
@@ -58,7 +57,7 @@ class DRA(Output):
     Attributes:
         aps: the propositions; bit i of a letter is the i-th.
         delta: shape (n_states, n_classes), int32; entry = next state.
-        letter_class: shape (2**len(aps),), int32; entry = class of the letter; every class occurs.
+        letter_class: shape (n_letters,), int32; entry = class of the letter; every class occurs.
         fin: shape (n_pairs, n_states) if acceptance is "state", else (n_pairs, n_states, n_classes).
         inf: same shape as `fin`.
         initial_state: the state before any letter is read.
@@ -66,6 +65,7 @@ class DRA(Output):
         formula: the formula it was compiled from, as text.
         state_names: one name per state, or None; for readers only.
         translator: the construction that built it, or None.
+        possible: which letters are possible, in the numbering of `ltlc.automata.possible`; None: all 2**len(aps).
         forms: normal forms that it is known to have, so that they are not made again; `replace` forgets them.
         known_languages: `languages`, where they are known from how it was made; `replace` forgets them.
         alike: shape (n_states,), or None; states with equal entries are known to accept the same words from how it was
@@ -73,7 +73,7 @@ class DRA(Output):
 
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
-        AlphabetLimitExceeded: more than `MAX_APS` propositions.
+        AlphabetLimitExceeded: more than 20 propositions, or 2**20 possible letters.
     """
 
     aps: tuple[str, ...]
@@ -86,18 +86,17 @@ class DRA(Output):
     formula: str | None = None
     state_names: tuple[str, ...] | None = None
     translator: str | None = None
+    possible: Possible | None = None
     forms: frozenset[str] = field(default=frozenset(), init=False, compare=False)
     known_languages: IntArray | None = field(default=None, init=False, compare=False)
     alike: IntArray | None = field(default=None, init=False, compare=False)
 
     def __post_init__(self) -> None:
         n_aps = len(self.aps)
-        if n_aps > MAX_APS:
-            raise AlphabetLimitExceeded(f"{n_aps} atomic propositions; tables over letters hold at most {MAX_APS}")
         _check(len(set(self.aps)) == n_aps, "an atomic proposition is listed twice")
         _check(all(map(_is_name, self.aps)), "the name of an atomic proposition is no text that a file could hold")
         _freeze(self, "delta", np.int32, (None, None))
-        _freeze(self, "letter_class", np.int32, (2**n_aps,))
+        _freeze(self, "letter_class", np.int32, (self.letter_numbers.size,))
         n_states, n_classes = self.delta.shape
         _check(self.acceptance in ("state", "transition"), f"acceptance is {self.acceptance!r}")
         marks = (None, n_states) if self.acceptance == "state" else (None, n_states, n_classes)
@@ -219,7 +218,12 @@ class DRA(Output):
     @cached_property
     def alphabet(self) -> Alphabet:
         """Propositions and letter classes, for guards."""
-        return Alphabet(self.aps, self.letter_class)
+        return Alphabet(self.aps, self.letter_class, self.possible)
+
+    @cached_property
+    def letter_numbers(self) -> LetterNumbers:
+        """The numbering of the letters."""
+        return LetterNumbers(self.aps, self.possible)
 
     @cached_property
     def annotations(self) -> Annotations:
@@ -247,10 +251,11 @@ class DRA(Output):
         return f"{super().size}, {pairs}, {self.acceptance}-based"
 
     def letter(self, propositions: Iterable[str]) -> int:
-        """The bitmask of a set of proposition names.
+        """The number of the letter in which these propositions hold: their bitmask, unless letters are impossible.
 
         Raises:
             UnknownNameError: a name is not one of `aps`.
+            ImpossibleLetterError: the letter was declared impossible.
             InvalidArgumentError: it is no set of names, but, for example, a string.
         """
         if isinstance(propositions, str):
@@ -263,14 +268,14 @@ class DRA(Output):
             if bit is None:
                 raise UnknownNameError("proposition", name, self.aps)
             mask |= bit
-        return mask
+        return mask if self.possible is None else self.letter_numbers.number(mask)
 
     def step(self, state: int, propositions: Iterable[str]) -> int:
         """The state after reading one letter, given as the names of the propositions that hold.
 
         Raises:
             UnknownNameError: a name is not one of `aps`.
-            InvalidArgumentError: there is no such state.
+            InvalidArgumentError: there is no such state, or the letter was declared impossible.
         """
         check_type(state, Integral, "state", "a number")
         if not 0 <= state < self.n_states:
@@ -291,7 +296,7 @@ class DRA(Output):
         return self.accepts_letters([self.letter(a) for a in prefix], [self.letter(a) for a in cycle])
 
     def accepts_letters(self, prefix: Sequence[int], cycle: Sequence[int]) -> bool:
-        """`accepts` for letters given as bitmasks; `cycle` must not be empty."""
+        """`accepts` for letters given as their numbers; `cycle` must not be empty."""
         state = self.initial_state
         for letter in prefix:
             state = int(self.delta[state, self.letter_class[letter]])

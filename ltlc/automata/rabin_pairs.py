@@ -22,6 +22,7 @@ from ltlc.automata.alphabet import grouped_partitions
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge
+from ltlc.automata.possible import Possible
 from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
@@ -158,6 +159,7 @@ def to_rabin(
     on_states: bool = False,
     way: Way = "smaller",
     least_pairs: int = 1,
+    possible: Possible | None = None,
 ) -> DRA:
     """The Rabin automaton of an Emerson-Lei automaton, `localized` before unless each clause has one Inf mark at most.
 
@@ -166,7 +168,7 @@ def to_rabin(
     Args:
         automaton: its letters are letter classes.
         aps: propositions of the result.
-        letter_class: shape (2**len(aps),); entry = class of the letter.
+        letter_class: shape (n_letters,); entry = class of the letter.
         budget: on the states and the size of the tables.
         initial_state: of the automaton.
         on_states: whether the edges of each state have the same marks, and those of the result are to be on states,
@@ -174,6 +176,7 @@ def to_rabin(
         way: which of the two each component that needs a memory takes; the marks of "cycles", which is then taken
             wherever it applies, form chains, which suits marks on states.
         least_pairs: the result has at least as many pairs.
+        possible: which letters are possible.
 
     Raises:
         StateLimitExceeded, TimeLimitExceeded: the budget ran out.
@@ -225,7 +228,7 @@ def to_rabin(
     state_marks = [marks_of(q, memory) for q, memory in copies] if on_states else None
     block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, int(letter_class.max()) + 1, budget)
     acceptance: Literal["state", "transition"] = "state" if on_states else "transition"
-    result = DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance)
+    result = DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance, possible=possible)
     known = len(set(automaton.alike))
     if known == automaton.n_states:
         return result

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ltlc.cli import flags
+from ltlc.cli.alphabet import check_possible, declared
 from ltlc.cli.inputs import formula_text, given_automaton
 from ltlc.cli.messages import complain
 from ltlc.errors import InvalidArgumentError
@@ -30,6 +31,8 @@ def check(
         bool, typer.Option("--table", help="Show where on each word every part of the formula holds.")
     ] = False,
     finite: flags.Finite = False,
+    exclusive: flags.Exclusive = None,
+    letters: flags.Letters = None,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
 ) -> None:
@@ -54,6 +57,7 @@ def check(
     if json_ and table:
         raise InvalidArgumentError("--table is for people; leave --json out")
     Options(timeout=timeout).checked()
+    possible = declared(exclusive, letters)
     with time_limit(source, timeout):
         given = given_automaton(source)
         subject = parse(given, finite=finite) if isinstance(given, str) else given
@@ -66,13 +70,14 @@ def check(
         for argument in word:
             text = formula_text(argument)
             read = parse_trace(text) if finite else parse_word(text)
-            letters = read.letters if isinstance(read, LassoWord) else read
-            strange = {name for letter in letters for name in letter} - set(known)
+            seen = read.letters if isinstance(read, LassoWord) else read
+            check_possible(known, possible, seen)
+            strange = {name for letter in seen for name in letter} - set(known)
             if strange:
                 names = ", ".join(str(Proposition(name)) for name in sorted(strange))
                 complain(f"warning: nothing in {source} depends on {names}")
             if table and isinstance(subject, Formula):
-                tables.append(_table(subject, read, letters))
+                tables.append(_table(subject, read, seen))
             verdicts.append((" ".join(text.split()), *_judge(subject, read, known)))
     if json_:
         entries = [dict(zip(("word", "accepted", "violated"), verdict, strict=True)) for verdict in verdicts]

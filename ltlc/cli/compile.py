@@ -9,6 +9,7 @@ import typer
 
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
+from ltlc.cli.alphabet import declared
 from ltlc.cli.batch import compile_file
 from ltlc.cli.inputs import formula_text
 from ltlc.cli.outputs import Output, check_targets, write_targets
@@ -43,6 +44,8 @@ def compile_(
         ),
     ] = None,
     finite: flags.Finite = False,
+    exclusive: flags.Exclusive = None,
+    letters: flags.Letters = None,
     form_: flags.Form = "rabin",
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
@@ -69,18 +72,27 @@ def compile_(
       ltlc compile -F formulas.txt --acceptance transition > automata.hoa
       echo "GF a -> GF b" | ltlc compile - --json
       ltlc compile --finite "G(a -> WX b) & F last" -o dfa.svg
+      ltlc compile "F(hall & F kitchen)" --exclusive hall,kitchen,office
     """
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.compiler import compile
     from ltlc.formats import FORMATS
-    from ltlc.translate import Options
 
-    options = Options(acceptance, translator, effort, max_states, timeout)
+    possible = declared(exclusive, letters)._asdict()
 
     def translated(text: str) -> DRA | DFA:
         if finite:
-            return compile(text, finite=True, max_states=max_states, timeout=timeout)
-        return compile(text, form=form_, **options._asdict())
+            return compile(text, finite=True, max_states=max_states, timeout=timeout, **possible)
+        return compile(
+            text,
+            form=form_,
+            acceptance=acceptance,
+            translator=translator,
+            effort=effort,
+            max_states=max_states,
+            timeout=timeout,
+            **possible,
+        )
 
     targets = output or (["-"] if form else [])
     if (formula is None) == (formulas is None):

@@ -37,6 +37,7 @@ def faithful(
     on_termination: spec.OnTermination = "repeat",
     finite: flags.Finite = False,
     goal: flags.Goal = "reach",
+    exclusive: flags.Exclusive = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -62,8 +63,8 @@ def faithful(
 
     given = [_candidate(text, on_deadlock, on_termination) for text in reward or ()]
     candidates = given or default_candidates(on_deadlock, on_termination)
-    automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
     env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label, variables=variables)
+    automaton = spec.automaton_of(formula, env_spec, acceptance, translator, finite, goal, exclusive)
     if env_spec.model is None:
         raise InvalidArgumentError(f"{env_spec.why_no_model}, so what is optimal there cannot be computed")
     tell(automaton, env_spec)

@@ -104,6 +104,18 @@ Form = Annotated[
     Literal["rabin", "parity", "buchi", "co-buchi"],
     typer.Option("--form", help="Give the pairs a special form, with acceptance on transitions."),
 ]
+Exclusive = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--exclusive",
+        metavar="A,B,...",
+        help="Propositions of which at most one holds at a time: other letters are left out. May be repeated.",
+    ),
+]
+Letters = Annotated[
+    str | None,
+    typer.Option("--letters", metavar="'A; B & C; 1'", help="All letters that are possible (1: nothing holds)."),
+]
 MaxStates = Annotated[
     int,
     typer.Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),
@@ -120,5 +132,9 @@ Prism = Annotated[
         callback=path_given,
         help="Write files with which PRISM or Storm can check the probability.",
     ),
+]
+Device = Annotated[
+    str | None,
+    typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...; of double-dqn.", show_default="cpu"),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]

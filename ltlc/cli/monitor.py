@@ -9,6 +9,7 @@ import typer
 
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
+from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import standard_input
 from ltlc.cli.messages import complain
 from ltlc.errors import FileFormatError, LtlSyntaxError
@@ -17,6 +18,8 @@ from ltlc.errors import FileFormatError, LtlSyntaxError
 def monitor(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula.")],
     finite: flags.Finite = False,
+    exclusive: flags.Exclusive = None,
+    letters: flags.Letters = None,
     max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
@@ -40,7 +43,8 @@ def monitor(
     from ltlc.ltl import Proposition
     from ltlc.monitor import Monitor, Verdict
 
-    watching = Monitor(formula, finite=finite, max_states=max_states, timeout=timeout)
+    possible = declared(exclusive, letters)._asdict()
+    watching = Monitor(formula, finite=finite, max_states=max_states, timeout=timeout, **possible)
     strange: set[str] = set()
     n_letters = 0
     for number, line in enumerate(standard_input(), start=1):

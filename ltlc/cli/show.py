@@ -9,6 +9,7 @@ import typer
 
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
+from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import given_automaton
 from ltlc.cli.outputs import Output, check_targets, write_targets
 from ltlc.cli.summary import as_data, print_summary
@@ -16,6 +17,7 @@ from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.automata import DFA, DRA
+    from ltlc.automata.possible import DeclaredLetters
     from ltlc.translate import Options
 
 
@@ -23,6 +25,8 @@ def show(
     source: Annotated[str, typer.Argument(metavar="SOURCE", help="A .json or .hoa file, a formula, or - to read one.")],
     output: Output = None,
     finite: flags.Finite = False,
+    exclusive: flags.Exclusive = None,
+    letters: flags.Letters = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     max_states: flags.MaxStates = MAX_STATES,
@@ -51,7 +55,7 @@ def show(
     with time_limit(source, timeout):
         dra = given_automaton(source)
         if isinstance(dra, str):
-            dra = _compiled(dra, options, finite)
+            dra = _compiled(dra, options, finite, declared(exclusive, letters))
         with overtime(Overtime.WRITE):
             write_targets(dra, targets)
             if json_:
@@ -60,9 +64,10 @@ def show(
                 print_summary(dra)
 
 
-def _compiled(text: str, options: Options, finite: bool) -> DRA | DFA:
+def _compiled(text: str, options: Options, finite: bool, possible: DeclaredLetters) -> DRA | DFA:
     from ltlc.compiler import compile
 
+    common = {"max_states": options.max_states, "timeout": options.timeout, **possible._asdict()}
     if finite:
-        return compile(text, finite=True, max_states=options.max_states, timeout=options.timeout)
-    return compile(text, **options._asdict())
+        return compile(text, finite=True, **common)
+    return compile(text, acceptance=options.acceptance, translator=options.translator, **common)

@@ -38,6 +38,7 @@ def solve(
     on_termination: spec.OnTermination = "repeat",
     finite: flags.Finite = False,
     goal: flags.Goal = "reach",
+    exclusive: flags.Exclusive = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     output: Annotated[
@@ -75,9 +76,9 @@ def solve(
     reward = reward or RECOMMENDED
     parameters = spec.parameters_of(set_, reward) | ({} if gamma is None else {"gamma": gamma})
     scheme = get_scheme(reward, **parameters)
-    automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
-    task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
     env_spec = spec.env_spec_of(env, labels, env_set, initial_label=initial_label, variables=variables)
+    automaton = spec.automaton_of(formula, env_spec, acceptance, translator, finite, goal, exclusive)
+    task = Task(automaton, scheme, on_deadlock=on_deadlock, on_termination=on_termination)
     if env_spec.model is None:
         raise InvalidArgumentError(
             f"{env_spec.why_no_model}; train an agent with ltlc train, and judge it by episodes with ltlc evaluate"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from ltlc.cli import flags
+from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import given_automaton
 from ltlc.cli.values import assignments, kinds_of
 from ltlc.errors import InvalidArgumentError
@@ -109,17 +110,27 @@ def _labels_of(labels: str | None, variables: Sequence[str] | None) -> str | Non
 
 
 def automaton_of(
-    source: str, acceptance: Literal["state", "transition"], translator: str, finite: bool = False, goal: Goal = "reach"
+    source: str,
+    env_spec: EnvSpec,
+    acceptance: Literal["state", "transition"],
+    translator: str,
+    finite: bool,
+    goal: Goal,
+    exclusive: Sequence[str] | None,
 ) -> DRA:
-    """The automaton in a file, or compiled from a formula; one over finite traces as that of their goal."""
+    """The automaton in a file, or compiled from a formula; one over finite traces as that of their goal.
+
+    A formula is compiled over the letters that --exclusive leaves, or those that the environment declares.
+    """
     from ltlc.automata import DFA
     from ltlc.compiler import compile
 
     given = given_automaton(source)
     if isinstance(given, str):
+        possible = (declared(exclusive) if exclusive else env_spec.declared_letters)._asdict()
         if not finite:
-            return compile(given, acceptance=acceptance, translator=translator)
-        given = compile(given, finite=True)
+            return compile(given, acceptance=acceptance, translator=translator, **possible)
+        given = compile(given, finite=True, **possible)
     return given.with_goal(goal) if isinstance(given, DFA) else given
 
 

@@ -90,7 +90,7 @@ def _facts(dra: DRA | DFA) -> Table:
     facts = {
         "automaton": f"{kind}, {dra.size}",
         "propositions": " ".join(str(Proposition(name)) for name in dra.aps) or "none",
-        "letters": f"{2 ** len(dra.aps)}, of which it tells {dra.n_classes} apart",
+        "letters": f"{len(dra.letter_class)}, of which it tells {dra.n_classes} apart",
         "class": "formula about finite traces" if is_finite else _hierarchy_class(dra) or "unknown",
         "translator": dra.translator or "unknown",
         "accepted runs": "end in a state with +0" if is_finite else _condition(dra.n_pairs),

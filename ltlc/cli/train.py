@@ -62,10 +62,6 @@ Workers = Annotated[
     typer.Option("--workers", min=0, metavar="N", help="Processes that step slow environments.", show_default="0"),
 ]
 Seed = Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of everything that is random.")]
-Device = Annotated[
-    str | None,
-    typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...; of double-dqn.", show_default="cpu"),
-]
 Config = Annotated[
     Preset, typer.Option("--config", "-c", help="What double-dqn starts from; thesis: also its rewards.")
 ]
@@ -100,6 +96,7 @@ def train(
     on_termination: spec.OnTermination = "repeat",
     finite: flags.Finite = False,
     goal: flags.Goal = "reach",
+    exclusive: flags.Exclusive = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
     agent: Agent = "auto",
@@ -108,7 +105,7 @@ def train(
     num_envs: NumEnvs = None,
     workers: Workers = None,
     seed: Seed = 0,
-    device: Device = None,
+    device: flags.Device = None,
     config: Config = "default",
     out: Out = None,
     resume: Resume = False,
@@ -139,10 +136,11 @@ def train(
             raise InvalidArgumentError("give a FORMULA and an environment (--env ID); or --resume with --out DIR")
         run = RunFolder.open(out, lock=True)
     else:
-        automaton = spec.automaton_of(formula, acceptance, translator, finite, goal)
+        env_spec = spec.env_spec_of(env, labels, env_set, episode_steps, initial_label, discretise, variables)
+        automaton = spec.automaton_of(formula, env_spec, acceptance, translator, finite, goal, exclusive)
         reward = reward or ("thesis" if config == "thesis" else RECOMMENDED)
         frame = RunConfig(
-            env_spec=spec.env_spec_of(env, labels, env_set, episode_steps, initial_label, discretise, variables),
+            env_spec=env_spec,
             reward=reward,
             parameters=spec.parameters_of(set_, reward),
             on_deadlock=on_deadlock,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import concatenate, create_empty_array, iterate
 
+from ltlc.automata.possible import LetterNumbers
 from ltlc.envs.batch import SubInfo, part, select
 from ltlc.envs.grid_map import HOLD
 from ltlc.envs.labels import BATCH_SIGNATURES, ExtraLabels, LabelSource, Source, described, shown
@@ -67,7 +68,13 @@ class Labeller:
         return self.letters.of(label)
 
 
-def labeller_for(labels: LabelSource, aps: tuple[str, ...], env: Any, extra_labels: ExtraLabels = "error") -> Labeller:
+def labeller_for(
+    labels: LabelSource,
+    aps: tuple[str, ...],
+    env: Any,
+    extra_labels: ExtraLabels = "error",
+    numbers: LetterNumbers | None = None,
+) -> Labeller:
     """What turns the observations and infos of an environment into letters over `aps`.
 
     Args:
@@ -77,15 +84,16 @@ def labeller_for(labels: LabelSource, aps: tuple[str, ...], env: Any, extra_labe
         env: the environment.
         extra_labels: whether a name that the formula does not mention is an error or ignored. Where the names are
             declared, or stand all in a dict, such names are no error: they are there for other formulas too.
+        numbers: how letters are numbered; None: by their bitmasks.
 
     Raises:
         UnknownNameError: a proposition that no label produces; suggests the nearest names.
         InvalidArgumentError: `labels` is nothing of that kind, or the automaton lacks the proposition "hold".
     """
     if labels is None:
-        return Labeller(_InfoSource(), _letters_of_env(aps, env, extra_labels), env)
+        return Labeller(_InfoSource(), _letters_of_env(aps, env, extra_labels, numbers), env)
     source = Source(labels)
-    return Labeller(source, Letters(aps, source.propositions, extra_labels), env)
+    return Labeller(source, Letters(aps, source.propositions, extra_labels, numbers), env)
 
 
 class VectorLabeller:
@@ -98,10 +106,10 @@ class VectorLabeller:
         labels: as for a single environment.
         batch_labels: a function of (observations) or (observations, infos), a dict of such predicates, or the text
             `module:name` of either.
-        aps: the propositions of the automaton.
         env: the vector environment.
         extra_labels: as for a single environment.
         autoreset_mode: of the vector environment.
+        numbers: of the letters over the propositions of the automaton.
 
     Raises:
         UnknownNameError: see `labeller_for`.
@@ -113,11 +121,12 @@ class VectorLabeller:
         self,
         labels: LabelSource,
         batch_labels: LabelSource,
-        aps: tuple[str, ...],
         env: VectorEnv[Any, Any, Any],
         extra_labels: ExtraLabels,
         autoreset_mode: AutoresetMode,
+        numbers: LetterNumbers,
     ) -> None:
+        aps = numbers.aps
         if labels is not None and batch_labels is not None:
             raise InvalidArgumentError(
                 "labels and batch_labels are both given; pass one: labels for a function of one observation, "
@@ -128,10 +137,10 @@ class VectorLabeller:
         self._each: list[Labeller] = []
         if labels is None and batch_labels is None:
             self._source: Source = _InfoSource()
-            self._letters = _letters_of_env(aps, env, extra_labels)
+            self._letters = _letters_of_env(aps, env, extra_labels, numbers)
             return
         self._source = Source(labels) if batch_labels is None else Source(batch_labels, BATCH_SIGNATURES)
-        self._letters = Letters(aps, self._source.propositions, extra_labels)
+        self._letters = Letters(aps, self._source.propositions, extra_labels, numbers)
         if batch_labels is not None:
             return
         if self._source.arity < 3:
@@ -239,16 +248,18 @@ def _check_all_have_labels(infos: dict[str, Any]) -> None:
         )
 
 
-def _letters_of_env(aps: tuple[str, ...], env: Any, extra_labels: ExtraLabels) -> Letters:
+def _letters_of_env(
+    aps: tuple[str, ...], env: Any, extra_labels: ExtraLabels, numbers: LetterNumbers | None
+) -> Letters:
     """Letters of labels that an environment gives itself."""
     vocabulary = _declared_by(env)
     if vocabulary is None:
-        return Letters(aps, None, extra_labels)
+        return Letters(aps, None, extra_labels, numbers)
     if HOLD in vocabulary and HOLD not in aps:
         raise InvalidArgumentError(
             f"this environment holds the automaton when a label is missed: make the task with hold={HOLD!r}"
         )
-    return Letters(aps, vocabulary, extra_labels)
+    return Letters(aps, vocabulary, extra_labels, numbers)
 
 
 def _declared_by(env: Any) -> tuple[str, ...] | None:

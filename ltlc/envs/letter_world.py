@@ -113,7 +113,7 @@ class VectorLetterWorld(StreamedWorld):
             UnknownNameError: a proposition is no letter of the world.
         """
         automaton = formula if isinstance(formula, DRA) else compile(formula)
-        letters = Letters(automaton.aps, self.propositions, "ignore")
+        letters = Letters(automaton.aps, self.propositions, "ignore", automaton.letter_numbers)
         bits = np.arange(len(self.propositions) + 1)
         classes = automaton.letter_class[letters.of_batch((1 << bits) >> 1, len(bits))]
         after = automaton.delta[:, classes].astype(np.int64)

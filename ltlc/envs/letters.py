@@ -1,4 +1,7 @@
-"""Letters: labels as the bitmasks an automaton reads, one at a time or for a batch.
+"""Letters: labels as the numbers of letters that an automaton reads, one at a time or for a batch.
+
+The number of a letter is its bitmask over the propositions of the automaton, unless letters are impossible there
+(`ltlc.automata.possible`).
 
 From a vector environment labels come batched: as an array of bitmasks or of event strings, a boolean array
 (num_envs, n_names), a dict from name to boolean array, or a sequence of single labels.
@@ -12,14 +15,16 @@ from typing import Any, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.rabin import MAX_APS
+from ltlc.automata.possible import LetterNumbers, Possible, mask_type, names_in
 from ltlc.envs.labels import ExtraLabels, names_of, truth
-from ltlc.errors import AlphabetLimitExceeded, InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError, UnknownNameError
 
 IntArray = npt.NDArray[np.int64]
 
 _REMEMBERED = 1 << 16
 """labels whose letters are kept."""
+_TABULATED = 20
+"""Bitmasks over at most so many names have a table of letters."""
 _BATCHED = (
     "expected an array of bitmasks or of event strings, a boolean array with a column per name, a dict from name to "
     "boolean array, or a sequence of single labels"
@@ -34,6 +39,8 @@ class Letters:
         vocabulary: the names that labels are made of, if they are declared; then some may go unused.
         extra_labels: whether a name that the formula does not mention is an error or ignored, in a label whose
             vocabulary nobody knows. A dict states its own: further names in it are fine if all propositions are there.
+        numbers: how letters are numbered; None: by their bitmasks, which are Python's integers if there are more than
+            62 propositions.
 
     Attributes:
         known: letters of hashable labels seen before.
@@ -42,13 +49,21 @@ class Letters:
         UnknownNameError: a proposition that no label produces; suggests the nearest names.
     """
 
-    def __init__(self, aps: tuple[str, ...], vocabulary: tuple[str, ...] | None, extra_labels: ExtraLabels) -> None:
+    def __init__(
+        self,
+        aps: tuple[str, ...],
+        vocabulary: tuple[str, ...] | None,
+        extra_labels: ExtraLabels,
+        numbers: LetterNumbers | None = None,
+    ) -> None:
         self.aps = aps
         self.vocabulary = vocabulary
         self.extra_labels = extra_labels
         self.known: dict[Any, int] = {}
         self._bit = {name: 1 << i for i, name in enumerate(aps)}
-        self._remap: IntArray | None = None
+        self._remap: npt.NDArray[Any] | None = None
+        self._numbers = None if numbers is None or numbers.possible is None else numbers
+        self._mask_type = mask_type(len(aps))
         if vocabulary is not None:
             self._check_all_produced(vocabulary)
 
@@ -57,6 +72,7 @@ class Letters:
 
         Raises:
             UnknownNameError: the label is not a proposition of the formula, or not one that was declared.
+            ImpossibleLetterError: the letter was declared impossible.
             InvalidArgumentError: the label is of a wrong type.
         """
         if type(label) is dict or isinstance(label, Mapping):  # the former is faster
@@ -70,12 +86,13 @@ class Letters:
         if known is not None and type(label) in (frozenset, str, tuple):
             return known
         if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
-            return int(self._of_array(label[None], 1)[0])
+            return int(self._numbered(self._of_array(label[None], 1))[0])
         if isinstance(label, int | np.integer) and not isinstance(label, bool):
-            return int(self._of_array(np.array([label]), 1)[0])
+            return int(self._numbered(self._of_array(np.array([label]), 1))[0])
         letter = 0
         for name in names_of(label):
             letter |= self._name_bit(name)
+        letter = letter if self._numbers is None else self._numbers.number(letter)
         if isinstance(label, frozenset | str | tuple) and len(self.known) < _REMEMBERED:
             self.known[label] = letter
         return letter
@@ -89,7 +106,10 @@ class Letters:
                 letter |= bit
         if further:
             self._check_further(label)
-        return letter
+        return letter if self._numbers is None else self._numbers.number(letter)
+
+    def _numbered(self, masks: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return masks if self._numbers is None else self._numbers.numbers(masks)
 
     def of_batch(self, label: Any, n: int) -> IntArray:
         """The letters of the labels of n sub-environments, shape (n,), int64.
@@ -99,9 +119,9 @@ class Letters:
             InvalidArgumentError: as `of`, or the batch has the wrong shape.
         """
         if isinstance(label, Mapping):
-            return self._of_columns(label, n)
+            return self._numbered(self._of_columns(label, n))
         if isinstance(label, np.ndarray) and label.dtype.kind in "iubf":
-            return self._of_array(label, n)
+            return self._numbered(self._of_array(label, n))
         if isinstance(label, Iterable) and not isinstance(label, str | set | frozenset):
             each = list(label)
             if len(each) == n:
@@ -134,12 +154,12 @@ class Letters:
             raise UnknownNameError(kind, name, self.aps)
         return bit or 0
 
-    def _of_columns(self, label: Mapping[str, Any], n: int) -> IntArray:
+    def _of_columns(self, label: Mapping[str, Any], n: int) -> npt.NDArray[Any]:
         # Gymnasium's masks of the sub-environments that have an entry are no names.
         names = [name for name in label if not (name.startswith("_") and name[1:] in label)]
         if any(name not in self._bit for name in names):
             self._check_further(names)
-        letters = np.zeros(n, dtype=np.int64)
+        letters = np.zeros(n, dtype=self._mask_type)
         for name in names:
             holds = np.asarray(label[name])
             if holds.dtype == object:
@@ -152,7 +172,7 @@ class Letters:
             letters |= np.where(holds, self._bit.get(name, 0), 0)
         return letters
 
-    def _of_array(self, label: npt.NDArray[Any], n: int) -> IntArray:
+    def _of_array(self, label: npt.NDArray[Any], n: int) -> npt.NDArray[Any]:
         if label.dtype.kind == "f":
             what = "NaN" if np.isnan(label).any() else f"of type {label.dtype}"
             raise InvalidArgumentError(f"labels are {what}; {_BATCHED}")
@@ -164,40 +184,46 @@ class Letters:
         if label.dtype == np.bool_:
             if label.shape != (n, width):
                 raise InvalidArgumentError(f"boolean labels have shape {label.shape}, expected ({n}, {width})")
-            label = label @ (1 << np.arange(width, dtype=np.int64))
+            weights = np.array([1 << i for i in range(width)], dtype=mask_type(width))
+            label = label.astype(weights.dtype) @ weights
         if label.shape != (n,):
             raise InvalidArgumentError(f"bitmask labels have shape {label.shape}, expected ({n},)")
-        label = label.astype(np.int64)
-        if n and int(label.view(np.uint64).max()) >> width:  # negative numbers are large ones here
-            raise InvalidArgumentError(f"a bitmask label is outside 0..{(1 << width) - 1}")
-        return label if self.vocabulary == self.aps else self._bitmask_remap().take(label)
+        if label.dtype != np.dtype(object):
+            label = label.astype(np.int64)
+            if n and int(label.view(np.uint64).max()) >> width:  # negative numbers are large ones here
+                raise InvalidArgumentError(f"a bitmask label is outside 0..{(1 << width) - 1}")
+        if self.vocabulary == self.aps:
+            return label
+        return self._bitmask_remap().take(label) if width <= _TABULATED else self._remapped(label)
 
-    def _bitmask_remap(self) -> IntArray:
-        """Letter over the automaton's propositions for each bitmask over the vocabulary."""
+    def _bitmask_remap(self) -> npt.NDArray[Any]:
+        """Bitmask over the automaton's propositions for each bitmask over the vocabulary."""
         if self._remap is None:
-            names = self.vocabulary or ()
-            if len(names) > MAX_APS:
-                raise AlphabetLimitExceeded(f"bitmask labels over {len(names)} names; at most {MAX_APS} are possible")
-            masks = np.arange(1 << len(names), dtype=np.int64)
-            self._remap = np.zeros_like(masks)
-            for i, name in enumerate(names):
-                self._remap |= np.where(masks >> i & 1, self._bit.get(name, 0), 0)
+            self._remap = self._remapped(np.arange(1 << len(self.vocabulary or ()), dtype=np.int64))
         return self._remap
 
+    def _remapped(self, masks: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Bitmasks over the vocabulary as bitmasks over the automaton's propositions."""
+        result = np.zeros(masks.shape, dtype=self._mask_type)
+        for i, name in enumerate(self.vocabulary or ()):
+            if name in self._bit:
+                result |= np.where(masks >> i & 1, self._bit[name], 0)
+        return result
 
-def letter_names(aps: tuple[str, ...], letter: int) -> frozenset[str]:
-    """The propositions that hold in a letter."""
-    return frozenset(name for i, name in enumerate(aps) if letter >> i & 1)
+
+def letter_names(aps: tuple[str, ...], letter: int, possible: Possible | None = None) -> frozenset[str]:
+    """The propositions that hold in a letter, given as its number."""
+    return names_in(aps, letter if possible is None else LetterNumbers(aps, possible).mask(letter))
 
 
 class NamesOfLetters(dict[int, frozenset[str]]):
     """The propositions that hold in each letter, found when a letter is first asked for."""
 
-    def __init__(self, aps: tuple[str, ...]) -> None:
-        self.aps = aps
+    def __init__(self, aps: tuple[str, ...], possible: Possible | None = None) -> None:
+        self.aps, self.possible = aps, possible
 
     def __missing__(self, letter: int) -> frozenset[str]:
-        names = self[letter] = letter_names(self.aps, letter)
+        names = self[letter] = letter_names(self.aps, letter, self.possible)
         return names
 
 
@@ -207,6 +233,7 @@ class LabelNames(np.ndarray[Any, np.dtype[np.int64]]):
     Args:
         aps: the propositions.
         letters: shape (n,), int64; shared, not copied.
+        possible: which letters are possible.
 
     Example:
         >>> LabelNames(("goal", "wall"), np.array([0, 1]))
@@ -214,19 +241,21 @@ class LabelNames(np.ndarray[Any, np.dtype[np.int64]]):
     """
 
     aps: tuple[str, ...]
+    possible: Possible | None
 
-    def __new__(cls, aps: tuple[str, ...], letters: IntArray) -> LabelNames:
+    def __new__(cls, aps: tuple[str, ...], letters: IntArray, possible: Possible | None = None) -> LabelNames:
         """A view of the letters."""
         names = letters.view(cls)
-        names.aps = aps
+        names.aps, names.possible = aps, possible
         return names
 
     def __array_finalize__(self, source: Any) -> None:
         self.aps = getattr(source, "aps", ())
+        self.possible = getattr(source, "possible", None)
 
     def __getitem__(self, key: Any) -> Any:
         part = super().__getitem__(key)
-        return part if isinstance(part, LabelNames) else letter_names(self.aps, int(part))
+        return part if isinstance(part, LabelNames) else letter_names(self.aps, int(part), self.possible)
 
     def tolist(self) -> Any:
         """The sets as a list."""
@@ -234,10 +263,10 @@ class LabelNames(np.ndarray[Any, np.dtype[np.int64]]):
 
     def item(self, *key: Any) -> Any:
         """One of the sets."""
-        return letter_names(self.aps, super().item(*key))
+        return letter_names(self.aps, super().item(*key), self.possible)
 
     def __reduce__(self) -> Any:
-        return LabelNames, (self.aps, np.asarray(self))
+        return LabelNames, (self.aps, np.asarray(self), self.possible)
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
         return self.__reduce__()

@@ -3,6 +3,10 @@
 An environment with the method `labelled_mdp` gets exact verdicts, one with `board` pictures of policies, and one with
 `scene` pictures of trajectories, from `ltlc solve`, `train` and `evaluate` as from the library. Wrappers are looked
 through: the methods belong to the environment itself (`env.unwrapped`).
+
+An environment may also say which letters are possible in it, in an attribute `exclusive` (groups of propositions of
+which at most one holds at a time) or `possible_letters` (all letters that occur): formulas that become tasks in it are
+compiled over these letters alone; see `ltlc.envs.declared`.
 """
 
 from __future__ import annotations

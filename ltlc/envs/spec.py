@@ -12,8 +12,10 @@ import gymnasium as gym
 from gymnasium.vector import VectorEnv
 
 from ltlc.automata.finite import spoken
+from ltlc.automata.possible import DeclaredLetters, mask_type, names_in
 from ltlc.board import Board
 from ltlc.envs.comparisons import VARIABLES, Variables
+from ltlc.envs.declared import declared_letters
 from ltlc.envs.discretised import DiscretisedVectorActions
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import LabelFunction, LabelSource, Source, described, shown
@@ -112,6 +114,11 @@ class EnvSpec:
     def model(self) -> LabelledMDP | None:
         """The exact model of the environment, or None where its dynamics are not known."""
         return self._model_of(self.label_source)
+
+    @property
+    def declared_letters(self) -> DeclaredLetters:
+        """What the environment declares about the letters that occur in it."""
+        return declared_letters(self.single)
 
     @property
     def board(self) -> Board | None:
@@ -234,11 +241,16 @@ class _Labelled(gym.Wrapper[Any, Any, Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = self.env.reset(seed=seed, options=options)
-        return observation, {**info, "labels": self.labeller.letter(observation, info)}
+        return observation, {**info, "labels": self._label(observation, info)}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         observation, reward, terminated, truncated, info = self.env.step(action)
-        return observation, reward, terminated, truncated, {**info, "labels": self.labeller.letter(observation, info)}
+        return observation, reward, terminated, truncated, {**info, "labels": self._label(observation, info)}
+
+    def _label(self, observation: Any, info: dict[str, Any]) -> int | frozenset[str]:
+        """The letter as a bitmask if the arrays of vector environments can hold it."""
+        mask = self.labeller.letter(observation, info)
+        return mask if not mask_type(len(self.propositions)).hasobject else names_in(self.propositions, mask)
 
 
 def _reported(labels: Any, name: str) -> Any:

@@ -11,9 +11,10 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, Vecto
 from gymnasium.vector.utils import batch_space
 
 from ltlc.automata import DFA, DRA
-from ltlc.automata.finite import end_bit, spoken
+from ltlc.automata.finite import end_letter, spoken_letters
 from ltlc.envs.action_masks import ActionMasks
 from ltlc.envs.batch import AnyVectorWrapper, copied, merge, part
+from ltlc.envs.declared import task_in
 from ltlc.envs.flat_tables import FlatTables
 from ltlc.envs.labeller import VectorLabeller
 from ltlc.envs.labels import ExtraLabels, LabelSource
@@ -89,12 +90,12 @@ class LTLVectorWrapper(AnyVectorWrapper):
         check_type(env, VectorEnv, "env", "a vector environment of Gymnasium; LTLWrapper takes single environments")
         super().__init__(env)
         check_modes(reward, initial_label, extra_labels)
-        self.task = task if isinstance(task, Task) else Task(task)
+        self.task = task_in(env, task)
         tables = self.task.tables
         self.labels, self.batch_labels, self.initial_label = labels, batch_labels, initial_label
-        self.warn_discount = warn_discount
         self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
-        self.labeller = VectorLabeller(labels, batch_labels, spoken(tables.aps), env, extra_labels, self.autoreset_mode)
+        own, self.warn_discount = spoken_letters(tables.aps, tables.possible), warn_discount
+        self.labeller = VectorLabeller(labels, batch_labels, env, extra_labels, self.autoreset_mode, own)
         self.observer = observer(observation, env.single_observation_space, tables.n_states)
         self.single_observation_space = self.observer.space
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
@@ -104,8 +105,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
             self.single_action_space = self.choices.space
             self.action_space = batch_space(self.single_action_space, env.num_envs)
         self.masks = ActionMasks(env.single_observation_space, env.single_action_space, env.num_envs)
-        self._base_reward, self._flat_info = reward, flat_info
-        self._end = end_bit(tables.aps)
+        self._base_reward, self._flat_info, self._end = reward, flat_info, end_letter(tables.aps, tables.letter_class)
         self._tables = FlatTables(tables, skip=initial_label == "skip")
         base = env.unwrapped
         resettable = isinstance(base, SyncVectorEnv | AsyncVectorEnv) or hasattr(base, "begin_episode")
@@ -219,7 +219,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
         """
         tables = self._tables
         if self._end and terminated is not None:
-            letters = letters | self._end * terminated
+            letters = letters + self._end * terminated
         classes = tables.letter_class.take(letters)
         state = self._state if begun is None else np.where(begun, tables.before_episode, self._state)
         index = state * tables.n_classes
@@ -257,7 +257,7 @@ class LTLVectorWrapper(AnyVectorWrapper):
 
     def _tell(self, infos: dict[str, Any], ltl: dict[str, Any], mask: BoolArray) -> None:
         """Put what the automata say into the infos; the mask says where it is so."""
-        ltl["label_names"] = LabelNames(self.task.aps, ltl["label"])
+        ltl["label_names"] = LabelNames(self.task.aps, ltl["label"], self.task.tables.possible)
         infos["ltl"], infos["_ltl"] = ltl, mask.copy()
         if self._success is not None:
             infos["is_success"], infos["_is_success"] = ltl["success"].copy(), mask.copy()

@@ -8,9 +8,10 @@ import gymnasium as gym
 from gymnasium.utils import RecordConstructorArgs
 
 from ltlc.automata import DFA
+from ltlc.automata.possible import names_in
+from ltlc.envs.declared import declared_letters
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import LabelSource, importable
-from ltlc.envs.letters import letter_names
 from ltlc.errors import check_type
 from ltlc.ltl import Formula
 from ltlc.monitor import Monitor
@@ -60,7 +61,7 @@ class MonitorWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         )
         check_type(env, gym.Env, "env", "an environment of Gymnasium")
         super().__init__(env)
-        self.monitor = Monitor(formula, finite=finite)
+        self.monitor = Monitor(formula, finite=finite, **declared_letters(env)._asdict())
         self.labeller = labeller_for(labels, self.monitor.aps, env)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -75,5 +76,5 @@ class MonitorWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return observation, reward, terminated, truncated, self._seen(observation, info)
 
     def _seen(self, observation: Any, info: dict[str, Any]) -> dict[str, Any]:
-        letter = letter_names(self.monitor.aps, self.labeller.letter(observation, info))
+        letter = names_in(self.monitor.aps, self.labeller.letter(observation, info))
         return {**info, "monitor": self.monitor.step(letter)}

@@ -13,8 +13,9 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.wrappers import Autoreset
 
 from ltlc.automata import DFA, DRA
-from ltlc.automata.finite import end_bit, spoken
+from ltlc.automata.finite import end_letter, spoken, spoken_letters
 from ltlc.envs.action_masks import ActionMasks
+from ltlc.envs.declared import task_in
 from ltlc.envs.json_spec import with_clear_json
 from ltlc.envs.labeller import labeller_for
 from ltlc.envs.labels import ExtraLabels, LabelSource, importable
@@ -129,11 +130,12 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         check_type(env, gym.Env, "env", "an environment of Gymnasium; LTLVectorWrapper takes vector environments")
         super().__init__(env)
         check_modes(reward, initial_label, extra_labels)
-        self.task = task if isinstance(task, Task) else Task(task)
+        self.task = task_in(env, task)
         tables = self.task.tables
         self.labels, self.warn_discount = labels, warn_discount
         self.stops = True
-        self.labeller = labeller_for(labels, spoken(tables.aps), env, extra_labels)
+        numbers = spoken_letters(tables.aps, tables.possible)
+        self.labeller = labeller_for(labels, spoken(tables.aps), env, extra_labels, numbers)
         self.observer = observer(observation, env.observation_space, tables.n_states)
         self.observation_space = self.observer.space
         self.choices = PairActionSpace(tables, env.action_space)
@@ -145,8 +147,8 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._classes: list[int] = tables.letter_class.tolist()
         self._n_classes = tables.n_classes
         self._rows: dict[int, _Row] = {}
-        self._names = NamesOfLetters(tables.aps)
-        self._end = end_bit(tables.aps)
+        self._names = NamesOfLetters(tables.aps, tables.possible)
+        self._end = end_letter(tables.aps, tables.letter_class)
         self._stream = RandomStream()
         self._state = tables.initial_state
         self._success = Success(self.task.automaton, self._skip) if success_key else None
@@ -221,7 +223,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self.masks.see(observation, info)
         letter = self.labeller.letter(observation, info)
         if terminated:
-            letter |= self._end
+            letter += self._end
         index = self._state * self._n_classes + self._classes[letter]
         self._state, reward, stop, stop_reward, final, entries = self._rows.get(index) or self._row(index)
         ltl = entries.copy()

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ltlc.automata.alphabet import letter_classes, truth_column
 from ltlc.automata.finite import DFA
+from ltlc.automata.possible import LetterNumbers
 from ltlc.automata.rabin import DRA, BoolArray, IntArray
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
@@ -94,28 +95,17 @@ def _indices(column: BoolArray) -> tuple[int, ...]:
     return tuple(np.flatnonzero(column).tolist())
 
 
-def all_letters(n_aps: int) -> int:
-    """The set of all letters."""
-    return (1 << (1 << n_aps)) - 1
-
-
-def letters_with(ap: int, n_aps: int) -> int:
-    """The set of letters in which proposition number `ap` holds."""
-    half = 1 << ap
-    letters, width = ((1 << half) - 1) << half, 2 * half
-    while width < 1 << n_aps:
-        letters |= letters << width
-        width *= 2
-    return letters
-
-
-def letters_of(guard: Formula, atom: Callable[[str], int], n_aps: int) -> int:
+def letters_of(guard: Formula, atom: Callable[[str], int], universe: int) -> int:
     """The set of letters that satisfy a Boolean formula; `atom` gives the letters of a proposition by its name.
+
+    Args:
+        guard: the formula.
+        atom: see above.
+        universe: the set of all letters.
 
     Raises:
         ValueError: the formula has a temporal operator; the argument is its symbol.
     """
-    universe = all_letters(n_aps)
     value: dict[Formula, int] = {}
     for node in postorder(guard):
         check_time()
@@ -143,29 +133,29 @@ def letters_of(guard: Formula, atom: Callable[[str], int], n_aps: int) -> int:
     return value[guard]
 
 
-def a_letter_of(letters: int, aps: Sequence[str]) -> str:
+def a_letter_of(letters: int, numbers: LetterNumbers) -> str:
     """The smallest letter of a non-empty set, in words for a message."""
-    letter = (letters & -letters).bit_length() - 1
-    return " & ".join(f"{'' if letter >> i & 1 else '!'}{name}" for i, name in enumerate(aps)) or "true"
+    mask = numbers.mask((letters & -letters).bit_length() - 1)
+    return " & ".join(f"{'' if mask >> i & 1 else '!'}{name}" for i, name in enumerate(numbers.aps)) or "true"
 
 
-def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence[int]) -> tuple[IntArray, IntArray]:
+def tabulate(n_letters: int, n_states: int, sources: Sequence[int], guards: Sequence[int]) -> tuple[IntArray, IntArray]:
     """The coarsest letter classes that the guards tell apart, and which edge each state takes on each class.
 
     Args:
-        n_aps: number of propositions.
+        n_letters: number of letters.
         n_states: number of states.
         sources: source state of each edge.
         guards: set of letters of each edge; those of one state are disjoint.
 
     Returns:
-        `letter_class`, shape (2**n_aps,), classes numbered by their smallest letter; and the index of the edge
+        `letter_class`, shape (n_letters,), classes numbered by their smallest letter; and the index of the edge
         taken, shape (n_states, n_classes), -1 where a state has none.
 
     Raises:
         AlphabetLimitExceeded: the table would not fit into memory.
     """
-    letter_class, classes = guard_classes(n_aps, n_states, guards)
+    letter_class, classes = guard_classes(n_letters, n_states, guards)
     taken = {guard: np.flatnonzero(column) for guard, column in classes.items()}
     table = np.full((n_states, int(letter_class.max()) + 1), -1, dtype=np.int32)
     for edge, (source, guard) in enumerate(zip(sources, guards, strict=True)):
@@ -175,26 +165,26 @@ def tabulate(n_aps: int, n_states: int, sources: Sequence[int], guards: Sequence
     return letter_class, table
 
 
-def guard_classes(n_aps: int, n_states: int, guards: Iterable[int]) -> tuple[IntArray, dict[int, BoolArray]]:
+def guard_classes(n_letters: int, n_states: int, guards: Iterable[int]) -> tuple[IntArray, dict[int, BoolArray]]:
     """Group the letters as `tabulate` does, and find the classes of each guard, shape (n_classes,).
 
     Raises:
         AlphabetLimitExceeded: a table over states and classes would not fit into memory.
     """
     distinct = list(dict.fromkeys(guards))
-    letter_class, smallest = letter_classes(_columns(distinct, n_aps), 1 << n_aps)
+    letter_class, smallest = letter_classes(_columns(distinct, n_letters), n_letters)
     if smallest.size * n_states > MAX_TABLE:
         raise AlphabetLimitExceeded(
             f"{n_states} states times {smallest.size} letter classes: the transition table would have more than "
             f"{MAX_TABLE} entries. Use fewer propositions."
         )
-    return letter_class, {guard: truth_column(guard, 1 << n_aps)[smallest] for guard in distinct}
+    return letter_class, {guard: truth_column(guard, n_letters)[smallest] for guard in distinct}
 
 
-def _columns(guards: Sequence[int], n_aps: int) -> Iterator[npt.NDArray[np.int64]]:
+def _columns(guards: Sequence[int], n_letters: int) -> Iterator[npt.NDArray[np.int64]]:
     """The guards as columns over the letters, many in one column as the bits of an integer: that saves sorting."""
     for start in range(0, len(guards), _COLUMNS_AT_ONCE):
-        column = np.zeros(1 << n_aps, dtype=np.int64)
+        column = np.zeros(n_letters, dtype=np.int64)
         for guard in guards[start : start + _COLUMNS_AT_ONCE]:
-            column = 2 * column + truth_column(guard, 1 << n_aps)
+            column = 2 * column + truth_column(guard, n_letters)
         yield column

@@ -7,12 +7,13 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import edges, state_marks
+from ltlc.graph import bits
 from ltlc.version import __version__
 
 
@@ -23,7 +24,8 @@ def to_hoa(automaton: DRA | DFA) -> str:
     the same tables back. The same automaton gives the same bytes. An automaton over finite traces has the header
     `Words: finite`, which other tools refuse, since its capital letter says that it changes what is accepted; a trace
     may then end in the states of Inf(1). One in a special form (`ltlc.automata.with_form`) has that form's name and
-    condition.
+    condition. Where letters are impossible, labels say so, by the alias @possible, and the automaton has no edge for
+    them; the headers `possible:` list the possible combinations, one part of the alphabet each, for reading it back.
     """
     if isinstance(automaton, DRA) and automaton.forms & set(_NAMED):
         return _named(automaton)
@@ -36,7 +38,7 @@ def to_hoa(automaton: DRA | DFA) -> str:
         f"acc-name: Rabin {n_pairs}",
         f"Acceptance: {2 * n_pairs} {condition}",
         *(["Words: finite"] if isinstance(automaton, DFA) else []),
-        f"properties: trans-labels explicit-labels {where} deterministic complete",
+        f"properties: trans-labels explicit-labels {where} deterministic{_complete(automaton)}",
         "--BODY--",
         *_body(automaton, _rabin_marks),
         "--END--",
@@ -53,7 +55,41 @@ def _head(automaton: DRA | DFA) -> list[str]:
         f"States: {automaton.n_states}",
         f"Start: {automaton.initial_state}",
         " ".join([f"AP: {len(automaton.aps)}", *map(_string, automaton.aps)]),
+        *_possible(automaton),
     ]
+
+
+def _possible(automaton: DRA | DFA) -> list[str]:
+    """The possible letters, part by part, and as an alias that labels use."""
+    if automaton.possible is None:
+        return []
+    headers, condition = [], []
+    for part in automaton.possible:
+        places = sorted({i for mask in part for i in bits(mask)})
+        headers.append(" ".join(["possible:", *(_string(" ".join(map(str, bits(mask)))) for mask in part)]))
+        if part == (0, *(1 << i for i in places)):
+            condition += [_at_most_one(places)] if len(places) > 1 else []
+        elif len(part) < 1 << len(places):
+            terms = (" & ".join(f"{'' if mask >> i & 1 else '!'}{i}" for i in places) for mask in part)
+            condition.append(f"({' | '.join(terms)})")
+    never = set(range(len(automaton.aps))) - {i for part in automaton.possible for mask in part for i in bits(mask)}
+    condition += [f"!{i}" for i in sorted(never)]
+    return [*headers, f"Alias: @possible {' & '.join(condition) or 't'}"]
+
+
+def _at_most_one(places: Sequence[int]) -> str:
+    """Of two propositions or more: n log n literals."""
+    halves = places[: len(places) // 2], places[len(places) // 2 :]
+    none = [" & ".join(f"!{i}" for i in half) for half in halves]
+    if len(places) == 2:
+        return f"({none[0]} | {none[1]})"
+    some = [_at_most_one(half) if len(half) > 1 else "" for half in halves]
+    sides = [" & ".join(filter(None, pair)) for pair in ((none[0], some[1]), (some[0], none[1]))]
+    return f"({sides[0]} | {sides[1]})"
+
+
+def _complete(automaton: DRA | DFA) -> str:
+    return " complete" if automaton.possible is None else ""
 
 
 _NAMED = ("parity", "buchi", "co-buchi")
@@ -91,7 +127,7 @@ def _named(automaton: DRA) -> str:
         *_head(automaton),
         f"acc-name: {name}",
         f"Acceptance: {n} {condition}",
-        f"properties: trans-labels explicit-labels trans-acc{properties} deterministic complete",
+        f"properties: trans-labels explicit-labels trans-acc{properties} deterministic{_complete(automaton)}",
         "--BODY--",
         *_body(automaton, marks),
         "--END--",
@@ -111,7 +147,8 @@ def _body(automaton: DRA | DFA, marks: _Marks) -> list[str]:
             lines.append(f"State: {n_listed}{name}{_rabin_marks(*state_marks(automaton, n_listed))}")
             n_listed += 1
         if edge.classes not in labels:
-            labels[edge.classes] = automaton.alphabet.guard(edge.classes).text(numbers, "t", "f")
+            label = automaton.alphabet.guard(edge.classes).text(numbers, "t", "f")
+            labels[edge.classes] = label if automaton.possible is None else f"@possible & ({label})"
         lines.append(f"[{labels[edge.classes]}] {edge.target}{marks(edge.fin, edge.inf)}")
     return lines
 

@@ -92,7 +92,7 @@ class _Reader:
 
     def _check_labels(self, state: int, item: StateItem) -> None:
         """Check where labels are: at the state, at every edge, or nowhere if there is an edge for every letter."""
-        head, edges, n_letters = item.head, item.edges, 1 << len(self.header.aps)
+        head, edges, n_letters = item.head, item.edges, self.header.numbers.size
         with_label = next((edge for edge in edges if edge["label"] is not None), None)
         if head["state_label"] is not None:
             place = head.start("state_label")
@@ -136,7 +136,7 @@ class _Reader:
         taken = 0
         for (target, marks), (letters, edge) in merged.items():
             if letters & taken:
-                letter = a_letter_of(letters & taken, self.header.aps)
+                letter = a_letter_of(letters & taken, self.header.numbers)
                 place = edge.start("target")
                 self.text.fail(place, f"not deterministic: state {state} has a second edge for the letter {letter}")
             taken |= letters

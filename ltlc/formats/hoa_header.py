@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
-from ltlc.automata.rabin import MAX_APS
-from ltlc.errors import AlphabetLimitExceeded
-from ltlc.formats.edges import letters_of, letters_with
+from ltlc.automata.possible import LetterNumbers, Possible
+from ltlc.errors import InvalidArgumentError
+from ltlc.formats.edges import letters_of
 from ltlc.formats.hoa_acceptance import sets_of
 from ltlc.formats.hoa_names import is_misnamed
 from ltlc.formats.hoa_parser import Header, HeaderItem, parse_header
@@ -41,6 +42,8 @@ class HoaHeader:
     states: Token | None = None
     starts: list[Token] = field(default_factory=list)
     aps: list[str] = field(default_factory=list)
+    possible: Possible | None = None
+    """which letters are possible; None: all."""
     aliases: dict[str, int] = field(default_factory=dict)
     n_sets: int = 0
     acceptance: Token | None = None
@@ -62,9 +65,14 @@ class HoaHeader:
                 return self.aliases[name]
             if len(name) > 10 or int(name) >= n_aps:
                 self.text.fail(place, f"there is no proposition {name[:20]}, AP: lists {n_aps}")
-            return letters_with(int(name), n_aps)
+            return self.numbers.holding(int(name))
 
-        return letters_of(expression, atom, n_aps)
+        return letters_of(expression, atom, self.numbers.all)
+
+    @cached_property
+    def numbers(self) -> LetterNumbers:
+        """The letters over the propositions, of which the header `possible:` may leave out some."""
+        return LetterNumbers(tuple(self.aps), self.possible)
 
     def deny(self, claim: str, place: int, found: str) -> None:
         """Fail if the file claims a property that something in it contradicts."""
@@ -93,6 +101,7 @@ class HoaHeader:
             ("states", self._read_states),
             ("start", self._read_start),
             ("aps", self._read_aps),
+            ("other", self._read_possible),
             ("alias", self._read_alias),
             ("acceptance", self._read_acceptance),
             ("name", self._read_name),
@@ -117,8 +126,6 @@ class HoaHeader:
     def _read_aps(self, _keyword: Token, count: Token, *names: Token) -> None:
         if self.text.number(count, count) != len(names):
             self.text.fail(count, f"AP: announces {count} propositions, and {len(names)} names follow")
-        if len(names) > MAX_APS:
-            raise AlphabetLimitExceeded(f"{len(names)} propositions; at most {MAX_APS} are supported")
         for token in names:
             name = unquote(token)
             if not name:
@@ -126,6 +133,24 @@ class HoaHeader:
             if name in self.aps:
                 self.text.fail(token, f"the proposition {token} is listed twice")
             self.aps.append(name)
+
+    def _read_possible(self, keyword: Token, *words: Token | None) -> None:
+        """A part of the alphabet, written by `ltlc.formats.hoa`: each word the propositions of a combination."""
+        if keyword != "possible:":
+            return
+        part = set()
+        for word in words:
+            numbers = unquote(word).split() if word is not None and word.startswith('"') else ["?"]
+            known = {str(i) for i in range(len(self.aps))}
+            if not known.issuperset(numbers):
+                self.text.fail(word or keyword, "a combination is a string of numbers of propositions")
+            part.add(sum(1 << int(number) for number in set(numbers)))
+        parts = (*(self.possible or ()), tuple(sorted(part)))
+        try:
+            LetterNumbers(tuple(self.aps), parts)
+        except InvalidArgumentError:
+            self.text.fail(keyword, "a part of the alphabet has combinations, and no proposition of another part")
+        self.possible = parts
 
     def _read_alias(self, _keyword: Token, alias: Token, expression: Formula) -> None:
         if alias in self.aliases:

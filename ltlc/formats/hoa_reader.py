@@ -22,7 +22,7 @@ from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import MAX_STATES, NO_LIMIT, Budget
 from ltlc.errors import AlphabetLimitExceeded, FileFormatError, StateLimitExceeded
-from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, guard_classes
+from ltlc.formats.edges import MAX_TABLE, a_letter_of, guard_classes
 from ltlc.formats.hoa_acceptance import MAX_CLAUSES, AcceptanceSet, acceptance_of, sets_of
 from ltlc.formats.hoa_body import read_body
 from ltlc.formats.hoa_claims import Evidence, failing_claim
@@ -117,22 +117,24 @@ class _Reader:
         return from_table(automaton)
 
     def _is_complete(self) -> bool:
-        universe = all_letters(len(self.header.aps))
+        universe = self.header.numbers.all
         for state, letters in self.body.covered.items():
             if letters != universe:
-                letter = a_letter_of(universe ^ letters, self.header.aps)
-                self.header.deny(
-                    "complete", self.body.places[state], f"state {state} has no edge for the letter {letter}"
-                )
+                letter = a_letter_of(universe ^ letters, self.header.numbers)
+                place, found = self.body.places[state], f"state {state} has no edge for the letter {letter}"
+                self.header.deny("complete", place, found)
+                if self.header.possible is not None:
+                    self.text.fail(place, f"{found}, which the headers possible: allow; the file is damaged or wrong")
                 return False
         return True
 
     def _empty(self) -> DRA:
         """Without an initial state no word is accepted."""
         marks = np.zeros((0, 1), dtype=np.bool_)
-        letters = np.zeros(1 << len(self.header.aps), dtype=np.int32)
+        letters = np.zeros(self.header.numbers.size, dtype=np.int32)
         delta = np.zeros((1, 1), dtype=np.int32)
-        return DRA(tuple(self.header.aps), delta, letters, marks, marks, formula=self.header.name)
+        header = self.header
+        return DRA(tuple(header.aps), delta, letters, marks, marks, formula=header.name, possible=header.possible)
 
     def _acceptance(self, mark: Mapping[AcceptanceSet, int]) -> Acceptance:
         """Read the acceptance condition; of one that is no list of Rabin pairs, only the sets in use."""
@@ -151,7 +153,7 @@ class _Reader:
         header, body = self.header, self.body
         on_transitions = body.on_edges or ("trans-acc" in header.claims and "state-acc" not in header.claims)
         n_all = n_states + (not complete)
-        letter_class, classes = guard_classes(len(header.aps), n_all, body.guards)
+        letter_class, classes = guard_classes(header.numbers.size, n_all, body.guards)
         n_classes = int(letter_class.max()) + 1
         mark = {of: 1 << i for i, of in enumerate(sets_of(header.condition))}
         acceptance = self._acceptance(mark)
@@ -180,6 +182,7 @@ class _Reader:
                         on_states=not on_transitions,
                         way=way,
                         least_pairs=0,
+                        possible=header.possible,
                     )
                 )
         if not found:

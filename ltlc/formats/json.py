@@ -8,22 +8,23 @@ keys, which older readers pass over. What a reader can compute itself (`tool`, `
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ltlc.automata.alphabet import guard_text
 from ltlc.automata.finite import DFA, from_table
-from ltlc.automata.rabin import DRA, MAX_APS, AcceptanceKind, BoolArray, IntArray
+from ltlc.automata.possible import MAX_APS, LetterNumbers, Possible
+from ltlc.automata.rabin import DRA, AcceptanceKind, BoolArray, IntArray
 from ltlc.budget import check_time
-from ltlc.errors import FileFormatError, LtlSyntaxError
-from ltlc.formats.edges import MAX_TABLE, a_letter_of, all_letters, edges, letters_of, letters_with, tabulate
+from ltlc.errors import FileFormatError, InvalidArgumentError, LtlSyntaxError
+from ltlc.formats.edges import MAX_TABLE, a_letter_of, edges, letters_of, tabulate
+from ltlc.formats.json_document import Node, describe, load_json
 from ltlc.version import __version__
 
 FORMAT, FORMAT_OF_TRACES = "ltlc-dra", "ltlc-dfa"
-MAJOR, MINOR = 1, 0
+MAJOR, MINOR = 1, 1
 
 
 def to_json(automaton: DRA | DFA) -> str:
@@ -44,16 +45,19 @@ def to_json(automaton: DRA | DFA) -> str:
     is_finite = isinstance(automaton, DFA)
     head = {
         "format": FORMAT_OF_TRACES if is_finite else FORMAT,
-        "version": f"{MAJOR}.{MINOR}",
+        "version": f"{MAJOR}.{MINOR if automaton.possible is not None else 0}",
         "tool": f"ltlc {__version__}",
         "formula": automaton.formula,
         "translator": automaton.translator,
         "acceptance": automaton.acceptance,
         "aps": list(automaton.aps),
+        "possible": _possible(automaton),
         "initial_state": int(automaton.initial_state),
         "n_states": automaton.n_states,
         "n_pairs": automaton.n_pairs,
     }
+    if automaton.possible is None:
+        del head["possible"]
     if is_finite:
         del head["translator"], head["acceptance"], head["n_pairs"]
     lines = [f"  {_compact(key)}: {_compact(value)}" for key, value in head.items()]
@@ -66,6 +70,14 @@ def to_json(automaton: DRA | DFA) -> str:
     lines.append(f'  "deadlocks": {_compact(list(deadlocks))}')
     lines.append(f'  "accepting_sinks": {_compact(list(sinks))}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _possible(automaton: DRA | DFA) -> list[list[list[str]]]:
+    """The possible letters: for each part of the alphabet, its combinations, as names."""
+    aps = automaton.aps
+    return [
+        [[name for i, name in enumerate(aps) if mask >> i & 1] for mask in part] for part in automaton.possible or ()
+    ]
 
 
 def _transitions(automaton: DRA | DFA) -> list[str]:
@@ -100,11 +112,16 @@ def from_json(text: str) -> DRA | DFA:
             automaton; the message names the line or the key.
         AlphabetLimitExceeded: it has too many propositions.
     """
-    document = _Node(_load(text), "")
+    document = Node(load_json(text), "")
     is_finite = _check_version(document)
     aps = tuple(item.name() for item in document["aps"].items())
     document["aps"].check(len(set(aps)) == len(aps), "a proposition is listed twice")
-    document["aps"].check(len(aps) <= MAX_APS, f"{len(aps)} propositions; at most {MAX_APS} are supported")
+    possible = _read_possible(document["possible"], aps) if document.has("possible") else None
+    fits = possible is not None or len(aps) <= MAX_APS
+    document["aps"].check(
+        fits, f"{len(aps)} propositions; at most {MAX_APS} are supported where every letter is possible"
+    )
+    numbers = LetterNumbers(aps, possible)
     acceptance: AcceptanceKind = "state"
     if not is_finite:
         acceptance = document["acceptance"].one_of("state", "transition")  # type: ignore[assignment]
@@ -120,9 +137,9 @@ def from_json(text: str) -> DRA | DFA:
     transitions = document["transitions"].items()
     sources = [item["source"].index(n_states, "states") for item in transitions]
     targets = [item["target"].index(n_states, "states") for item in transitions]
-    guards = _guards(transitions, sources, aps)
-    _check_complete(document["transitions"], sources, guards, n_states, aps)
-    letter_class, edge = tabulate(len(aps), n_states, sources, guards)
+    guards = _guards(transitions, sources, numbers)
+    _check_complete(document["transitions"], sources, guards, n_states, numbers)
+    letter_class, edge = tabulate(numbers.size, n_states, sources, guards)
     if is_finite:
         inf = np.zeros((1, n_states), dtype=np.bool_)
         inf[0, [item.index(n_states, "states") for item in document["accepting"].items()]] = True
@@ -140,12 +157,32 @@ def from_json(text: str) -> DRA | DFA:
         formula=document["formula"].text_or_none() if document.has("formula") else None,
         state_names=tuple(state["name"].text() for state in states) if all(named) else None,
         translator=document["translator"].text_or_none() if document.has("translator") else None,
+        possible=possible,
     )
     return from_table(automaton) if is_finite else automaton
 
 
+def _read_possible(node: Node, aps: tuple[str, ...]) -> Possible:
+    """The parts of the alphabet."""
+    index = {name: i for i, name in enumerate(aps)}
+    parts = []
+    for part in node.items():
+        masks = set()
+        for combination in part.items():
+            names = [(item.name(), item) for item in combination.items()]
+            for name, item in names:
+                item.check(name in index, f"{name!r} is not one of aps")
+            masks.add(sum(1 << index[name] for name in {name for name, _ in names}))
+        parts.append(tuple(sorted(masks)))
+    try:
+        LetterNumbers(aps, tuple(parts))
+    except InvalidArgumentError:
+        raise node.fail("expected parts that have no proposition in common, each a list of lists of names") from None
+    return tuple(parts)
+
+
 def _read_marks(
-    document: _Node, acceptance: AcceptanceKind, transitions: list[_Node], edge: IntArray
+    document: Node, acceptance: AcceptanceKind, transitions: list[Node], edge: IntArray
 ) -> tuple[BoolArray, BoolArray]:
     """Fin and inf; `edge` is the transition taken from each state on each letter class."""
     on_states = acceptance == "state"
@@ -168,111 +205,17 @@ def _read_marks(
     return (fin, inf) if on_states else (fin[:, edge], inf[:, edge])
 
 
-def _load(text: str) -> object:
-    try:
-        return json.loads(text, object_pairs_hook=_object, parse_constant=_no_constant)
-    except json.JSONDecodeError as error:
-        raise FileFormatError(f"line {error.lineno}, column {error.colno}: not JSON: {error.msg}") from None
-    except RecursionError:
-        raise FileFormatError("not an automaton: brackets are nested too deeply") from None
-    except ValueError as error:  # an integer with thousands of digits, or one of the two hooks below
-        raise FileFormatError(f"not JSON that can be read: {error}") from None
-
-
-def _object(members: list[tuple[str, object]]) -> dict[str, object]:
-    result = dict(members)
-    if len(result) < len(members):
-        twice = Counter(key for key, _ in members).most_common(1)[0][0]
-        raise ValueError(f"the key {twice!r} occurs twice in one object")
-    return result
-
-
-def _no_constant(name: str) -> object:
-    raise ValueError(f"{name} is not a JSON number")
-
-
-class _Node:
-    """A value of the document together with its key path, which every message names."""
-
-    def __init__(self, value: object, path: str) -> None:
-        self.value = value
-        self.path = path
-
-    def fail(self, message: str) -> FileFormatError:
-        return FileFormatError(f"{self.path}: {message}" if self.path else message)
-
-    def check(self, condition: bool, message: str) -> None:
-        if not condition:
-            raise self.fail(message)
-
-    def _expect(self, kind: type, wanted: str) -> Any:
-        # JSON's true is an int for Python, but not for a reader.
-        if not isinstance(self.value, kind) or isinstance(self.value, bool):
-            raise self.fail(f"expected {wanted}, found {_describe(self.value)}")
-        return self.value
-
-    def _members(self) -> Mapping[str, object]:
-        members: Mapping[str, object] = self._expect(dict, "an object")
-        return members
-
-    def has(self, key: str) -> bool:
-        return key in self._members()
-
-    def __getitem__(self, key: str) -> _Node:
-        members = self._members()
-        if key not in members:
-            raise self.fail(f"the key {key!r} is missing")
-        return _Node(members[key], f"{self.path}.{key}" if self.path else key)
-
-    def items(self) -> list[_Node]:
-        return [_Node(item, f"{self.path}[{i}]") for i, item in enumerate(self._expect(list, "a list"))]
-
-    def text(self) -> str:
-        value: str = self._expect(str, "a string")
-        # Half of a surrogate pair cannot be written to any file again.
-        self.check(not any("\ud800" <= letter <= "\udfff" for letter in value), "half of a surrogate pair")
-        return value
-
-    def name(self) -> str:
-        value = self.text()
-        self.check(bool(value), "a proposition needs a name")
-        return value
-
-    def text_or_none(self) -> str | None:
-        return None if self.value is None else self.text()
-
-    def one_of(self, *known: str) -> str:
-        value = self.text()
-        self.check(value in known, f"expected {' or '.join(map(repr, known))}, found {_describe(value)}")
-        return value
-
-    def index(self, count: int | None = None, what: str = "") -> int:
-        value: int = self._expect(int, "a number")
-        self.check(value >= 0, f"{_describe(value)} is negative")
-        self.check(count is None or value < count, f"{_describe(value)} is out of range, there are {count} {what}")
-        return value
-
-
-def _describe(value: object) -> str:
-    if isinstance(value, (dict, list)):
-        return "an object" if isinstance(value, dict) else "a list"
-    if isinstance(value, int) and value.bit_length() > 100:
-        return "a huge number"
-    shown = json.dumps(value)
-    return shown if len(shown) <= 40 else shown[:37] + "..."
-
-
-def _check_version(document: _Node) -> bool:
+def _check_version(document: Node) -> bool:
     """Whether the automaton reads finite traces, if the version can be read."""
     document.check(isinstance(document.value, dict), "expected an object with the key 'format'")
     document.check(document.has("format"), f"not an automaton: the key 'format' is missing, it should be {FORMAT!r}")
     found = document["format"]
     known = found.value in (FORMAT, FORMAT_OF_TRACES)
-    found.check(known, f"expected {FORMAT!r}, found {_describe(found.value)}")
+    found.check(known, f"expected {FORMAT!r}, found {describe(found.value)}")
     version = document["version"]
     major, dot, minor = version.text().partition(".")
     numbers = [part.isascii() and part.isdigit() and len(part) <= 6 for part in (major, minor)]
-    version.check(all(numbers) and bool(dot), f"expected a version like '1.0', found {_describe(version.value)}")
+    version.check(all(numbers) and bool(dot), f"expected a version like '1.0', found {describe(version.value)}")
     version.check(
         int(major) <= MAJOR,
         f"the file has version {version.value}, this is ltlc {__version__}, which reads up to {MAJOR}.x. "
@@ -282,7 +225,7 @@ def _check_version(document: _Node) -> bool:
     return bool(found.value == FORMAT_OF_TRACES)
 
 
-def _guards(transitions: list[_Node], sources: list[int], aps: tuple[str, ...]) -> list[int]:
+def _guards(transitions: list[Node], sources: list[int], numbers: LetterNumbers) -> list[int]:
     """The letters of each guard, checked to be disjoint for each source."""
     known: dict[str, int] = {}
     seen: dict[int, int] = {}
@@ -291,30 +234,30 @@ def _guards(transitions: list[_Node], sources: list[int], aps: tuple[str, ...]) 
         node = transition["guard"]
         text = node.text()
         if text not in known:
-            known[text] = _parse_guard(node, text, aps)
+            known[text] = _parse_guard(node, text, numbers)
         letters = known[text]
         overlap = letters & seen.get(source, 0)
         if overlap:
             other = next(j for j, q in enumerate(sources) if q == source and result[j] & overlap)
             raise node.fail(
                 f"not deterministic: state {source} has this transition and transitions[{other}] for the letter "
-                + a_letter_of(overlap & result[other], aps)
+                + a_letter_of(overlap & result[other], numbers)
             )
         seen[source] = seen.get(source, 0) | letters
         result.append(letters)
     return result
 
 
-def _parse_guard(node: _Node, text: str, aps: tuple[str, ...]) -> int:
+def _parse_guard(node: Node, text: str, numbers: LetterNumbers) -> int:
     from ltlc.ltl.parser import parse_silently
 
     def atom(name: str) -> int:
-        if name not in aps:
+        if name not in numbers.aps:
             raise node.fail(f"{name!r} is not one of aps")
-        return letters_with(aps.index(name), len(aps))
+        return numbers.holding(numbers.aps.index(name))
 
     try:
-        return letters_of(parse_silently(text), atom, len(aps))
+        return letters_of(parse_silently(text), atom, numbers.all)
     except LtlSyntaxError as error:
         raise node.fail(f"column {error.column}: {error.message}") from None
     except FileFormatError:
@@ -323,12 +266,12 @@ def _parse_guard(node: _Node, text: str, aps: tuple[str, ...]) -> int:
         raise node.fail(f"a guard is about one letter, it cannot hold the temporal operator {error}") from None
 
 
-def _check_complete(node: _Node, sources: list[int], guards: list[int], n_states: int, aps: tuple[str, ...]) -> None:
+def _check_complete(node: Node, sources: list[int], guards: list[int], n_states: int, numbers: LetterNumbers) -> None:
     covered = [0] * n_states
     for source, letters in zip(sources, guards, strict=True):
         covered[source] |= letters
-    universe = all_letters(len(aps))
+    universe = numbers.all
     for q, letters in enumerate(covered):
         if letters != universe:
-            missing = a_letter_of(universe ^ letters, aps)
+            missing = a_letter_of(universe ^ letters, numbers)
             raise node.fail(f"not complete: state {q} has no transition for the letter {missing}")

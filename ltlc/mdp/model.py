@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
+from ltlc.automata.possible import mask_type
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, ranges
 
@@ -30,7 +31,7 @@ class LabelledMDP:
         aps: the propositions that states show.
         transitions: one scipy.sparse.csr_array of shape (n_states, n_states) per action; rows sum to 1, or are empty
             where the action is not available.
-        letters: shape (n_letters,), int64; bitmasks over `aps`: the letters that occur at all.
+        letters: shape (n_letters,), `mask_type(len(aps))`; bitmasks over `aps`: the letters that occur at all.
         label_probability: scipy.sparse.csr_array of shape (n_states, n_letters): the letter drawn on *entering* the
             state.
         initial_state: the first state.
@@ -69,7 +70,7 @@ class LabelledMDP:
             _stochastic(matrix, (n, n), f"action {self.action_name(a)}", self.state_name, may_be_empty=True)
             for a, matrix in enumerate(self.transitions)
         )
-        letters = np.asarray(self.letters, dtype=np.int64)
+        letters = np.asarray(self.letters, dtype=mask_type(len(self.aps)))
         _require(letters.ndim == 1 and len(np.unique(letters)) == len(letters), "`letters` is not a list of letters")
         _require(bool(((letters >= 0) & (letters < 1 << len(self.aps))).all()), "a letter is outside the propositions")
         labels = _stochastic(self.label_probability, (n, len(letters)), "label distribution", self.state_name)
@@ -287,7 +288,7 @@ def _label_matrix(
         entries += [(state, letter, p) for letter, p in _distribution(label, bit, state).items()]
     unlabelled = np.setdiff1d(np.arange(n_states), np.fromiter(labels, dtype=np.int64, count=len(labels)))
     states = np.concatenate((np.array([e[0] for e in entries], dtype=np.int64), unlabelled))
-    drawn = np.array([e[1] for e in entries] + [0] * len(unlabelled), dtype=np.int64)
+    drawn = np.array([e[1] for e in entries] + [0] * len(unlabelled), dtype=mask_type(len(aps)))
     probability = np.array([e[2] for e in entries] + [1.0] * len(unlabelled))
     letters, column = np.unique(drawn, return_inverse=True)
     return letters, sparse.csr_array((probability, (states, column)), shape=(n_states, len(letters)))

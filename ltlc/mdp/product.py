@@ -116,7 +116,7 @@ class Product(LabelledProduct):
             next_state=automaton.delta.astype(np.int64),
             goes_on=np.ones(automaton.delta.shape, dtype=np.bool_),
             initial_state=automaton.initial_state,
-            input_probability=input_probability(stabilized, automaton.aps, automaton.letter_class),
+            input_probability=input_probability(stabilized, automaton.aps, automaton.letter_class, automaton.possible),
             ends=np.zeros(stabilized.n_states, dtype=np.bool_),
             select_pair=select_pair,
         )

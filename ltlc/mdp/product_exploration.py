@@ -16,7 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from scipy import sparse
 
-from ltlc.automata.finite import END, end_bit, spoken
+from ltlc.automata.finite import END, end_letter, spoken_letters
+from ltlc.automata.possible import LetterNumbers, Possible, mask_type
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.mdp.explicit import BoolArray, ExplicitMDP, FloatArray, IntArray, Support, ranges, row_any
 from ltlc.mdp.model import LabelledMDP
@@ -259,20 +260,25 @@ def _pointers(counts: IntArray) -> IntArray:
     return result
 
 
-def input_probability(mdp: LabelledMDP, aps: tuple[str, ...], letter_class: IntArray) -> Any:
+def input_probability(
+    mdp: LabelledMDP, aps: tuple[str, ...], letter_class: IntArray, possible: Possible | None = None
+) -> Any:
     """The label distributions of an MDP in terms of the letter classes of a machine, csr_array (n_states, n_classes).
 
     Where an episode ends (`ltlc.automata.finite.END`) is known from the terminal states, unless it is a label.
 
     Raises:
         UnknownNameError: the machine reads a proposition that the MDP does not label.
+        ImpossibleLetterError: a letter of the MDP was declared impossible.
     """
-    letters = np.zeros(len(mdp.letters), dtype=np.int64)
-    end = 0 if END in mdp.aps else end_bit(aps)
-    for bit, name in enumerate(spoken(aps) if end else aps):
+    end = 0 if END in mdp.aps else end_letter(aps, letter_class)
+    numbers = spoken_letters(aps, possible) if end else LetterNumbers(aps, possible)
+    masks = np.zeros(len(mdp.letters), dtype=mask_type(len(numbers.aps)))
+    for bit, name in enumerate(numbers.aps):
         if name not in mdp.aps:
             raise UnknownNameError("proposition", name, mdp.aps)
-        letters |= ((mdp.letters >> mdp.aps.index(name)) & 1) << bit
+        masks |= ((mdp.letters >> mdp.aps.index(name)) & 1).astype(masks.dtype) << bit
+    letters = numbers.numbers(masks)
     n_classes = int(letter_class.max()) + 1
 
     def grouped(classes: IntArray) -> Any:
@@ -283,7 +289,7 @@ def input_probability(mdp: LabelledMDP, aps: tuple[str, ...], letter_class: IntA
     if end and mdp.terminal is not None:
         goes_on = sparse.diags_array((~mdp.terminal).astype(np.float64)).tocsr()
         ends = sparse.diags_array(mdp.terminal.astype(np.float64)).tocsr()
-        inputs = goes_on @ inputs + ends @ (mdp.label_probability @ grouped(letter_class[letters | end]))
+        inputs = goes_on @ inputs + ends @ (mdp.label_probability @ grouped(letter_class[letters + end]))
         inputs.eliminate_zeros()
     inputs.sort_indices()
     return inputs

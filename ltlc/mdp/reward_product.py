@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
+from ltlc.automata.possible import LetterNumbers
 from ltlc.errors import InvalidArgumentError
 from ltlc.mdp.chain import MarkovChain
 from ltlc.mdp.explicit import ExplicitMDP, FloatArray, IntArray
@@ -108,11 +109,19 @@ class RewardProduct(LabelledProduct):
         miss: Miss = "empty",
     ) -> None:
         stabilized, origin = mdp.with_final_letters
-        inputs = input_probability(stabilized, tuple(tables.aps), np.asarray(tables.letter_class))
+        possible = getattr(tables, "possible", None)
+        inputs = input_probability(stabilized, tuple(tables.aps), np.asarray(tables.letter_class), possible)
         columns = {name: np.asarray(getattr(tables, name)) for name in _COLUMNS}
         columns["closing"] = np.asarray(getattr(tables, "closing", np.zeros_like(columns["reward"])))
         if miss == "hold":
-            inputs = _with_held_input(mdp, stabilized, origin, inputs, int(tables.letter_class[0]))
+            empty_class = int(tables.letter_class[LetterNumbers(tuple(tables.aps), possible).number(0)])
+            inputs = _with_held_input(
+                mdp,
+                stabilized,
+                origin,
+                inputs,
+                empty_class,
+            )
             columns = _with_held_column(columns, tables.initial_state)
         elif miss != "empty":
             raise InvalidArgumentError(f'miss is {miss!r}, expected "empty" or "hold"')

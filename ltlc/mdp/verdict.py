@@ -251,7 +251,9 @@ class Judge:
     def letter_classes(self) -> IntArray:
         """The letter classes of the tables that can occur in the environment, ascending."""
         tables = self.rewards.tables
-        inputs = input_probability(self.rewards.mdp, tuple(tables.aps), np.asarray(tables.letter_class))
+        inputs = input_probability(
+            self.rewards.mdp, tuple(tables.aps), np.asarray(tables.letter_class), getattr(tables, "possible", None)
+        )
         return np.unique(inputs.indices)
 
 

@@ -6,7 +6,7 @@ from ltlc.automata.acceptance import rabin_accepts, recurring_marks
 from ltlc.automata.rabin import DRA
 
 Words = list[tuple[list[int], list[int]]]
-"""Lasso words: the letters of a prefix and of a cycle, each a bitmask."""
+"""Lasso words: the numbers of the letters of a prefix and of a cycle."""
 
 
 class Word:

@@ -166,7 +166,7 @@ def _unwrapped(
 def _possible_classes(automaton: DRA, trajectories: Sequence[Trajectory]) -> IntArray:
     """Letter classes of what can hold together somewhere in the worlds."""
     labels = set().union(*(one.scene.labels for one in trajectories))
-    letters = [sum(1 << i for i, name in enumerate(automaton.aps) if name in label) for label in labels]
+    letters = [automaton.letter(name for name in automaton.aps if name in label) for label in labels]
     return np.unique(automaton.letter_class[letters])
 
 

@@ -208,6 +208,7 @@ def tables_of(dra: DRA, refinement: Refinement, steps: StepRewards, on_deadlock:
         automaton_state=origin[kept],
         progress=progress(dra)[origin[kept]],
         select_pair=refinement.select_pair[kept],
+        possible=refinement.automaton.possible,
     )
 
 

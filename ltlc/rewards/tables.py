@@ -8,6 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.errors import InvalidArgumentError
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,7 +33,7 @@ class RewardTables:
 
     Attributes:
         aps: the propositions that the tables read.
-        letter_class: shape (2**len(aps),), int32; entry = class of the letter.
+        letter_class: shape (n_letters,), int32; entry = class of the letter.
         initial_state: table state before any letter is read.
         next_state: shape (n_states, n_classes), int32; entry = next table state, after a deadlock has been dealt with.
         reward: shape (n_states, n_classes), float64; computed from the state entered, deadlock included.
@@ -50,6 +51,7 @@ class RewardTables:
         closing: shape (n_states, n_classes), float64; value of standing in a state where the environment has terminated
             and the last letter, of that class, is repeated for ever; usually 0 if nothing follows the end of the
             environment.
+        possible: which letters are possible, see `ltlc.automata.possible`; None: all 2**len(aps).
         on_termination: whether `closing` is about the last letter for ever (`repeat`), or nothing follows (`cut`).
 
     Raises:
@@ -71,11 +73,12 @@ class RewardTables:
     select_pair: IntArray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int32))
     closing: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     on_termination: OnTermination = "cut"
+    possible: Possible | None = None
 
     def __post_init__(self) -> None:
         table = np.shape(self.next_state)
         _check(len(table) == 2 and min(table) > 0, f"next_state has shape {table}, expected (n_states, n_classes)")
-        _freeze(self, "letter_class", np.int32, (2 ** len(self.aps),))
+        _freeze(self, "letter_class", np.int32, (LetterNumbers(self.aps, self.possible).size,))
         _freeze(self, "next_state", np.int32, table)
         for name in ("reward", "discount", "stop", "stop_reward"):
             _freeze(self, name, np.float64, table)

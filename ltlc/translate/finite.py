@@ -20,6 +20,7 @@ import numpy as np
 from ltlc.automata.acceptance import ALWAYS, NEVER
 from ltlc.automata.emerson_lei import EmersonLei, explore, quotient, refine
 from ltlc.automata.finite import DFA
+from ltlc.automata.possible import Possible
 from ltlc.budget import MAX_STATES, Budget, check_time
 from ltlc.graph import bits
 from ltlc.ltl import (
@@ -55,13 +56,16 @@ _STRONG = (Next, Eventually, Until, StrongRelease)
 _MANY = 16
 
 
-def translate_finite(formula: Formula, *, max_states: int = MAX_STATES, text: str | None = None) -> DFA:
+def translate_finite(
+    formula: Formula, *, max_states: int = MAX_STATES, text: str | None = None, possible: Possible | None = None
+) -> DFA:
     """The smallest deterministic automaton that accepts exactly the finite traces satisfying the formula.
 
     Args:
         formula: over finite traces; X is the strong next.
         max_states: limit for every automaton on the way.
         text: what to call the formula in messages and in the result; by default its own text.
+        possible: which letters over the propositions of the formula, in order of appearance, are possible; None: all.
 
     Raises:
         StateLimitExceeded, TimeLimitExceeded, AlphabetLimitExceeded: a budget ran out.
@@ -74,7 +78,7 @@ def translate_finite(formula: Formula, *, max_states: int = MAX_STATES, text: st
     text = str(formula) if text is None else text
     budget = Budget(text, max_states)
     normal = nnf(formula, finite=True)
-    letters = letters_of(normal, propositions(formula))
+    letters = letters_of(normal, propositions(formula), possible)
     if normal.flags & NO_PAST:
         automaton = _Progression(normal, letters, budget).automaton()
     else:
@@ -87,7 +91,7 @@ def translate_finite(formula: Formula, *, max_states: int = MAX_STATES, text: st
         for edge in edges:
             delta[q, list(bits(edge.letters))] = edge.target
     accepting = np.array([condition == ALWAYS for condition in smallest.acceptance])
-    return DFA(letters.aps, delta, letters.letter_class, accepting, formula=text).canonical()
+    return DFA(letters.aps, delta, letters.letter_class, accepting, formula=text, possible=possible).canonical()
 
 
 class _Progression:

@@ -13,23 +13,24 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ltlc.automata.alphabet import grouped, proposition_table
-from ltlc.automata.rabin import MAX_APS
+from ltlc.automata.alphabet import grouped
+from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.budget import check_time
-from ltlc.errors import AlphabetLimitExceeded
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder
 
 _BOOLEAN = frozenset({Constant, Proposition, Not, And, Or})
 
 
 class Letters(NamedTuple):
-    """The letters of 2^aps, grouped into the classes that a formula tells apart."""
+    """The possible letters, grouped into the classes that a formula tells apart."""
 
     aps: tuple[str, ...]
     letter_class: npt.NDArray[np.int32]
     n_classes: int
     sets: Mapping[Formula, int]
     """the letter set of each Boolean subformula that no larger one contains."""
+    possible: Possible | None = None
+    """which letters are possible; None: all 2**len(aps)."""
 
     @property
     def all(self) -> int:
@@ -37,41 +38,39 @@ class Letters(NamedTuple):
         return (1 << self.n_classes) - 1
 
 
-def letters_of(formula: Formula, aps: tuple[str, ...]) -> Letters:
+def letters_of(formula: Formula, aps: tuple[str, ...], possible: Possible | None = None) -> Letters:
     """Group the letters by the maximal Boolean subformulas that hold on them; each becomes one letter set.
 
     Args:
         formula: in negation normal form.
         aps: the propositions of the alphabet, at least those of the formula.
+        possible: which letters are possible; None: all.
 
     Raises:
-        AlphabetLimitExceeded: there are more than `MAX_APS` propositions.
+        AlphabetLimitExceeded: there are too many letters for tables.
     """
-    if len(aps) > MAX_APS:
-        raise AlphabetLimitExceeded(
-            f"the formula has {len(aps)} atomic propositions; tables over letters hold at most {MAX_APS}"
-        )
+    numbers = LetterNumbers(aps, possible)
     truth: dict[Formula, int] = {}
     maximal: dict[Formula, None] = {}
     for f in postorder(formula):
         if type(f) in _BOOLEAN and all(arg in truth for arg in f.args):
             check_time()
-            truth[f] = _truth(f, truth, aps)
+            truth[f] = _truth(f, truth, numbers)
             maximal[f] = None
             for arg in f.args:
                 maximal.pop(arg, None)
     for f in postorder(formula):
         if f not in truth:
             maximal.update((arg, None) for arg in f.args if arg in truth)
-    letter_class, sets = grouped([truth[f] for f in maximal], 1 << len(aps))
-    return Letters(aps, letter_class, int(letter_class.max()) + 1, dict(zip(maximal, sets, strict=True)))
+    letter_class, sets = grouped([truth[f] for f in maximal], numbers.size)
+    return Letters(aps, letter_class, int(letter_class.max()) + 1, dict(zip(maximal, sets, strict=True)), possible)
 
 
-def _truth(f: Formula, truth: dict[Formula, int], aps: tuple[str, ...]) -> int:
+def _truth(f: Formula, truth: dict[Formula, int], numbers: LetterNumbers) -> int:
     """The truth table of a Boolean formula (bit k = value at letter k), from those of its operands."""
-    everywhere = (1 << (1 << len(aps))) - 1
+    everywhere = numbers.all
     if isinstance(f, Proposition):
-        return proposition_table(aps.index(f.name), len(aps))
+        return numbers.holding(numbers.aps.index(f.name))
     if isinstance(f, Constant):
         return everywhere if f.value else 0
     tables = [truth[arg] for arg in f.args]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from numbers import Integral, Real
 from typing import Literal, NamedTuple
 
+from ltlc.automata.possible import Possible
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES
 from ltlc.errors import InvalidArgumentError, check_type
@@ -22,6 +23,7 @@ class Options(NamedTuple):
             win, with a cap; "best" tries all that apply, then searches for a smaller automaton by SAT.
         max_states: limit for every automaton on the way.
         timeout: seconds, or None. Once a construction has succeeded, the others only use up what is left.
+        possible: which letters over the propositions of the formula, in order of appearance, are possible; None: all.
     """
 
     acceptance: AcceptanceKind = "state"
@@ -29,6 +31,7 @@ class Options(NamedTuple):
     effort: Effort = "default"
     max_states: int = MAX_STATES
     timeout: float | None = None
+    possible: Possible | None = None
 
     def checked(self) -> Options:
         """The same options with the numbers of Python, which compiled modules insist on.

@@ -141,7 +141,7 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
             simple = simplify(formula)
             if options.translator in _BY_PARTS:
                 simple = without_mixtures(in_the_limit(simple))
-            letters = letters_of(simple, propositions(formula))
+            letters = letters_of(simple, propositions(formula), options.possible)
             memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
             problem = Problem(simple, letters, options, [], memory)
             best = _best(problem, budget)
@@ -275,7 +275,8 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
 
 def _paired(emerson_lei: EmersonLei, letters: Letters, budget: Budget, way: Way = "smaller") -> DRA:
     """Rabin pairs for what a construction built, which is numbered breadth-first."""
-    return to_rabin(emerson_lei, letters.aps, letters.letter_class, budget, way=way).annotated(CANONICAL)
+    automaton = to_rabin(emerson_lei, letters.aps, letters.letter_class, budget, way=way, possible=letters.possible)
+    return automaton.annotated(CANONICAL)
 
 
 def _improved(found: Candidate, problem: Problem, *, prove: bool) -> Candidate:

@@ -13,7 +13,6 @@ from ltlc.automata.alphabet import (
     Guard,
     grouped,
     grouped_partitions,
-    irredundant_cover,
     letter_classes,
     project,
     proposition_table,
@@ -22,6 +21,7 @@ from ltlc.automata.alphabet import (
     truth_column,
     truth_table,
 )
+from ltlc.automata.guards import irredundant_cover
 
 
 def proposition(index: int, n_aps: int) -> BoolArray:

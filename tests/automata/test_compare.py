@@ -199,7 +199,7 @@ def test_state_based_sizes() -> None:
 def test_distinguishing_letters_are_over_the_propositions_that_matter() -> None:
     found = distinguishing_letters(always_eventually("a", ("c", "a")), always_eventually("b", ("b",)))
     assert found is not None
-    assert found[0] == ("a", "b")
+    assert found[0].aps == ("a", "b")
 
 
 def test_many_pairs_fit() -> None:

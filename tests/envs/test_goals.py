@@ -10,7 +10,7 @@ import pytest
 
 import ltlc
 from ltlc.automata import DFA, DRA
-from ltlc.automata.finite import END, Goal, end_bit, spoken
+from ltlc.automata.finite import END, Goal, end_letter, spoken
 from ltlc.errors import AlphabetLimitExceeded, InvalidArgumentError, InvalidAutomatonError
 from ltlc.mdp import Judge, LabelledMDP
 
@@ -147,7 +147,8 @@ def test_the_automaton_of_an_end() -> None:
     assert automaton.aps == ("a", END)
     assert automaton.formula == "end(F a & WX false)"
     assert spoken(automaton.aps) == ("a",)
-    assert (end_bit(automaton.aps), end_bit(("a",)), end_bit((END, "a"))) == (2, 0, 0)
+    four = automaton.letter_class
+    assert [end_letter(aps, four) for aps in (automaton.aps, ("a", "b"), (END, "a"))] == [2, 0, 0]
     assert not automaton.accepts(cycle=[{"a"}])
     assert automaton.accepts([{"a", END}], [set()])
     assert not automaton.accepts([set(), {"a", END}], [set()])

@@ -74,6 +74,8 @@ def test_signature_of_compile() -> None:
         ("max_states", 100_000),
         ("timeout", None),
         ("cache", None),
+        ("exclusive", ()),
+        ("letters", None),
     ]
 
 
