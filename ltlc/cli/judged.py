@@ -43,7 +43,7 @@ def print_judgement(
     from ltlc.task import Task
 
     name = reward or RECOMMENDED
-    task = Task(spec.automaton_of(source, "state", "auto"), get_scheme(name, **spec.parameters_of(parameters, name)))
+    task = Task(spec.automaton_of(source, env_spec), get_scheme(name, **spec.parameters_of(parameters, name)))
     labels = env_spec.label_source
     if isinstance(labels, Variables):
         labels = labels.labels(task.aps)

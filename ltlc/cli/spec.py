@@ -112,11 +112,11 @@ def _labels_of(labels: str | None, variables: Sequence[str] | None) -> str | Non
 def automaton_of(
     source: str,
     env_spec: EnvSpec,
-    acceptance: Literal["state", "transition"],
-    translator: str,
-    finite: bool,
-    goal: Goal,
-    exclusive: Sequence[str] | None,
+    acceptance: Literal["state", "transition"] = "state",
+    translator: str = "auto",
+    finite: bool = False,
+    goal: Goal = "reach",
+    exclusive: Sequence[str] | None = None,
 ) -> DRA:
     """The automaton in a file, or compiled from a formula; one over finite traces as that of their goal.
 

@@ -48,7 +48,7 @@ class LTLWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     * `state`: the state of the reward tables, after a deadlock has been dealt with (the automaton's own state is
       `task.tables.automaton_state[state]`; for most schemes they are the same);
-    * `label`, `label_names`, `letter_class`: the letter read, as bitmask over `task.aps` and as the set of names that
+    * `label`, `label_names`, `letter_class`: the letter read as its number (`DRA.letter`) and as the set of names that
       hold, and its class;
     * `reward`, `discount`: of the scheme, for this step; the discount is the weight of all that follows;
     * `violated`, `accepting`: whether the step entered a deadlock, or carries an acceptance mark;

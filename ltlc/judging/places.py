@@ -17,6 +17,7 @@ from gymnasium.wrappers import (
 
 from ltlc.automata import DFA, DRA
 from ltlc.envs import LTLWrapper, labelled_mdp
+from ltlc.envs.declared import task_in
 from ltlc.envs.labels import LabelSource
 from ltlc.envs.observation import MODES, observer
 from ltlc.envs.tabular import model_of, shows_states
@@ -82,7 +83,7 @@ def place_of(
     if wrapper is None:
         if task is None:
             raise InvalidArgumentError("task is None, and the environment is not wrapped in an LTLWrapper; pass a task")
-        of = task if isinstance(task, Task) else Task(task)
+        of = task_in(made, task)
         made = wrapper = LTLWrapper(made, of, labels, observation="none", warn_discount=False)
         acts = actor(made)
         made = wrapper = LTLWrapper(made.env, of, labels, observation=_mode(acts, made, of), warn_discount=False)  # type: ignore[arg-type]
