@@ -135,7 +135,7 @@ def judge(
     Args:
         policy: a function, a model with `predict` (as of Stable-Baselines3), a network of PyTorch, see `actor_of`; or
             an array of actions, int, shape (n_mdp_states, n_table_states), or of probabilities, with a last axis more;
-            or an agent of `ltlc.agents` with a `policy_table`.
+            or an agent of `ltlc.agents`.
         env: an environment that is wrapped in an `LTLWrapper`, as the policy saw it in its training; or one that is
             not, and then the policy sees the state of the automaton as its `observation_space` says: in a flat
             observation if it is a network, else in a dict (`ltlc.envs.observation`). Or its name in Gymnasium's
@@ -193,7 +193,8 @@ def judge(
 def _as_table(policy: Any) -> npt.NDArray[Any] | None:
     if isinstance(policy, np.ndarray | list):
         return np.asarray(policy)
-    return np.asarray(policy.policy_table()) if hasattr(policy, "policy_table") else None
+    numbered = hasattr(policy, "policy_table") and policy.encoder.n_observations > 0
+    return np.asarray(policy.policy_table()) if numbered else None
 
 
 def _tabulated(judge: Judge, place: Place, actor: Actor) -> tuple[npt.NDArray[Any] | None, str]:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from ltlc.envs.labels import described, shown
+from ltlc.envs.observation import observer
 from ltlc.errors import InvalidArgumentError, LtlcError
 
 Array = npt.NDArray[Any]
@@ -73,7 +74,8 @@ def actor_of(policy: Any, space: spaces.Space[Any], *, deterministic: bool = Tru
     * a model has a method `predict(observation, state=None, episode_start=None, deterministic=...)`, as those of
       Stable-Baselines3 have; one that asks for `action_masks` is given them;
     * a function of (observation) or of (observation, mask) returns an action, or the probability of each. If it has a
-      method `reset`, that is called where an episode begins, and it may remember what it saw.
+      method `reset`, that is called where an episode begins, and it may remember what it saw;
+    * an agent of `ltlc.agents` sees the state of the automaton in a dict (`ltlc.envs.observation`).
 
     Args:
         policy: one of these.
@@ -85,6 +87,8 @@ def actor_of(policy: Any, space: spaces.Space[Any], *, deterministic: bool = Tru
         InvalidArgumentError: it is none of these.
     """
     torch = sys.modules.get("torch")  # where it is not loaded, nothing is one of its networks
+    if hasattr(policy, "policy_table"):
+        return _Agent(policy, space)
     if hasattr(policy, "predict"):
         return _Model(policy, space, deterministic)
     if torch is not None and isinstance(policy, torch.nn.Module):
@@ -95,6 +99,21 @@ def actor_of(policy: Any, space: spaces.Space[Any], *, deterministic: bool = Tru
         f"policy is of type {type(policy).__name__}; it must be a function of an observation, a model with a method "
         "predict, a network of PyTorch, or an array over pairs of environment and automaton state"
     )
+
+
+class _Agent(Actor):
+    """An agent of `ltlc.agents`; draws what it draws from the beginning."""
+
+    def __init__(self, agent: Any, space: spaces.Space[Any]) -> None:
+        seen, n_states = agent.encoder.space, agent.tables.n_states
+        super().__init__(space, observer("dict", seen, n_states).space)
+        self.agent = agent
+        agent.reseed(0)
+
+    def act(self, observations: Sequence[Any], masks: Array | None) -> Array:
+        states = np.array([seen["automaton"] for seen in observations])
+        actions = self.agent.policy(_stacked([seen["observation"] for seen in observations]), states)
+        return np.asarray(self.first + actions)
 
 
 class _Function(Actor):

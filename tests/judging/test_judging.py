@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
@@ -240,3 +240,16 @@ def test_a_sample_says_what_it_knows() -> None:
     assert (estimate.value, estimate.n) == (0.5, 100)
     assert estimate.low + estimate.high == pytest.approx(1)
     assert Sample(50, 0, 50).satisfaction.high == 1
+
+
+def test_agents_of_worlds_that_cannot_be_counted_are_sampled() -> None:
+    from ltlc.agents import DoubleDQN, DQNConfig
+
+    world, of = gym.make("ltlc/FlatWorld-v0"), Task("F orange & G !blue")
+    actions = cast(gym.spaces.Discrete, world.action_space)
+    agent = DoubleDQN(world.observation_space, int(actions.n), of.tables, DQNConfig(hidden=(8,)))
+    found = judge(agent, world, of, episodes=10)
+    assert not found.exact and found.sample is not None and found.sample.episodes == 10
+    assert judge(agent, world, of, episodes=10) == found
+    with pytest.raises(InvalidArgumentError, match="the policy was made for"):
+        judge(agent, LTLWrapper(world, of, observation="flat"), episodes=2)
