@@ -245,7 +245,7 @@ def test_a_sample_says_what_it_knows() -> None:
 def test_agents_of_worlds_that_cannot_be_counted_are_sampled() -> None:
     from ltlc.agents import DoubleDQN, DQNConfig
 
-    world, of = gym.make("ltlc/FlatWorld-v0"), Task("F orange & G !blue")
+    world, of = gym.make("ltlc/FlatWorld-v0"), ltlc.Task("F orange & G !blue")
     actions = cast(gym.spaces.Discrete, world.action_space)
     agent = DoubleDQN(world.observation_space, int(actions.n), of.tables, DQNConfig(hidden=(8,)))
     found = judge(agent, world, of, episodes=10)
