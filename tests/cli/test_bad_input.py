@@ -234,13 +234,12 @@ COMMANDS = [
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(folder: Path) -> Path:
     """A folder of its own for every test, with a few files that are wrong in their ways."""
-    monkeypatch.chdir(tmp_path)
     Path("folder.json").mkdir()
     Path("tasks.txt").write_text("F a\n")
     Path("latin1.txt").write_bytes(b"F caf\xe9\n")
-    return tmp_path
+    return folder
 
 
 def paragraph(error: str) -> str:

@@ -13,12 +13,6 @@ import ltlc
 from ltlc.cli.app import run
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_compile_show_and_check(capsys: pytest.CaptureFixture[str]) -> None:
     targets = ["-o", "dfa.json", "-o", "dfa.hoa", "-o", "dfa.dot"]
     assert run(["compile", "--finite", "G(a -> WX b) & F last", *targets]) == 0

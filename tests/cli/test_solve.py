@@ -15,11 +15,10 @@ from ltlc.cli.app import run
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(folder: Path) -> Path:
     """Every test runs in a folder of its own, which holds the labels."""
-    monkeypatch.chdir(tmp_path)
     Path("sensors.py").write_text(textwrap.dedent(SENSORS))
-    return tmp_path
+    return folder
 
 
 class TestSolve:

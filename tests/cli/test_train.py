@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import subprocess
-import sys
 import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_process import process
 from cli_worlds import GRID, LAKE, POLE, SENSORS, SMALL
 
 from ltlc.agents import DoubleDQN
@@ -27,18 +25,10 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(folder: Path) -> Path:
     """Every test runs in a folder of its own, which holds the labels."""
-    monkeypatch.chdir(tmp_path)
     Path("sensors.py").write_text(textwrap.dedent(SENSORS))
-    return tmp_path
-
-
-def process(*arguments: str) -> subprocess.Popen[str]:
-    """The command as a process of its own."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "ltlc", *arguments]
-    return subprocess.Popen(command, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return folder
 
 
 def q_values(path: str) -> np.ndarray:

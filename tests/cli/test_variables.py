@@ -12,12 +12,6 @@ from ltlc.cli.app import run
 CAR = ["--env", "MountainCar-v0"]
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.mark.slow
 def test_train_and_evaluate(capsys: pytest.CaptureFixture[str]) -> None:
     formula = 'F "x > -0.4" & G "abs(v) <= 0.5"'
