@@ -6,7 +6,6 @@ import contextlib
 import errno
 import os
 import re
-import secrets
 import stat
 import sys
 import time
@@ -201,7 +200,7 @@ def _open_named(folder: Path) -> tuple[int, str]:
 
 
 def _temporary_name(folder: Path) -> str:
-    return str(folder / f".ltlc-{secrets.token_hex(8)}.tmp")
+    return str(folder / f".ltlc-{os.urandom(8).hex()}.tmp")
 
 
 def _lock_if_possible(handle: int) -> bool:

@@ -49,9 +49,12 @@ def check_targets(targets: Sequence[str]) -> None:
 def write_targets(dra: DRA | DFA, targets: Sequence[str], form: str = "hoa") -> None:
     """Write an automaton to every target: the files, all or none, then standard output, in the format `form`."""
     from ltlc.formats import FORMATS
-    from ltlc.formats.files import write_all
 
-    write_all(dra, [target for target in targets if target != "-"])
+    files = [target for target in targets if target != "-"]
+    if files:
+        from ltlc.formats.files import write_all
+
+        write_all(dra, files)
     if "-" in targets:
         write_bytes(FORMATS[form].write(dra))
 

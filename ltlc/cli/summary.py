@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ltlc.automata import DFA
-
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ltlc.automata import DRA
+    from ltlc.automata import DFA, DRA
 
 ROWS = 60
 """States listed on a terminal; a longer list is better read by a program."""
@@ -17,6 +15,8 @@ ROWS = 60
 
 def as_data(dra: DRA | DFA) -> dict[str, Any]:
     """The summary as JSON values; states by number, transitions as [state, letter class]."""
+    from ltlc.automata import DFA
+
     if isinstance(dra, DFA):
         return {
             "formula": dra.formula,
@@ -80,6 +80,7 @@ def _facts(dra: DRA | DFA) -> Table:
     from rich.table import Table
     from rich.text import Text
 
+    from ltlc.automata import DFA
     from ltlc.ltl import Proposition
 
     def listed(states: tuple[int, ...], meaning: str) -> str:

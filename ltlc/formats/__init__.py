@@ -1,16 +1,23 @@
 """The automaton as text and as a picture: JSON, HOA, DOT, Mermaid, SVG, PNG, PDF.
 
+Readers and writers are imported on first use: most programs want one of them or none.
+
 Examples: docs/examples.md.
 """
 
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING
+
 from ltlc.automata.formats import FORMATS, Format, register_format
-from ltlc.formats.dot import to_dot
-from ltlc.formats.files import read, write
-from ltlc.formats.hoa import to_hoa
-from ltlc.formats.hoa_reader import from_hoa, read_hoa_stream
-from ltlc.formats.json import from_json, to_json
-from ltlc.formats.mermaid import to_mermaid
-from ltlc.formats.picture import render
+
+if TYPE_CHECKING:
+    from ltlc.formats.dot import to_dot
+    from ltlc.formats.files import read, write
+    from ltlc.formats.hoa import to_hoa
+    from ltlc.formats.hoa_reader import from_hoa, read_hoa_stream
+    from ltlc.formats.json import from_json, to_json
+    from ltlc.formats.mermaid import to_mermaid
+    from ltlc.formats.picture import render
 
 __all__ = [
     "FORMATS",
@@ -27,3 +34,28 @@ __all__ = [
     "to_mermaid",
     "write",
 ]
+
+_HOME = {
+    "from_hoa": "ltlc.formats.hoa_reader",
+    "from_json": "ltlc.formats.json",
+    "read": "ltlc.formats.files",
+    "read_hoa_stream": "ltlc.formats.hoa_reader",
+    "render": "ltlc.formats.picture",
+    "to_dot": "ltlc.formats.dot",
+    "to_hoa": "ltlc.formats.hoa",
+    "to_json": "ltlc.formats.json",
+    "to_mermaid": "ltlc.formats.mermaid",
+    "write": "ltlc.formats.files",
+}
+
+if not TYPE_CHECKING:  # a type checker would take every name for an attribute
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOME:
+            raise AttributeError(f"module 'ltlc.formats' has no attribute {name!r}")
+        value = globals()[name] = getattr(_import_module(_HOME[name]), name)
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from importlib import metadata
 from pathlib import Path
 
 from ltlc.atomic import atomic_write_all
@@ -123,6 +122,8 @@ def _drawn(program: str, source: str, kind: str) -> bytes:
 
 def _substitute() -> str | None:
     """The program that graphviz-pure installs, on the PATH or beside the packages of this Python; None without it."""
+    from importlib import metadata  # which takes long to load
+
     try:
         files = metadata.files("graphviz-pure") or []
     except metadata.PackageNotFoundError:

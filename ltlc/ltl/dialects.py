@@ -113,7 +113,7 @@ def foreign_syntax(text: str, position: int) -> Foreign | None:
     start = max(0, position - _AROUND)
     window = text[start : position + _AROUND]
     for pattern, explain in _PATTERNS:
-        for match in pattern.finditer(window):
+        for match in re.finditer(pattern, window):  # compiled where there is an error, not when this is imported
             if match.start() <= position - start < match.end():
                 found = explain(match)
                 return found._replace(start=found.start + start)
@@ -148,47 +148,46 @@ def _explained(message: str, hint: str) -> Callable[[re.Match[str]], Foreign]:
 
 
 _BOUND = r"(?:_?\s*\[[\s\d,:.<>=$]*(?:inf|oo|∞)?[\s)]*\]|_?\{[\s\d,:.<>=\[\]]*\}|\s*(?:<=|<|>=|>|=)\s*\d+)"
-_PATTERNS: Sequence[tuple[re.Pattern[str], Callable[[re.Match[str]], Foreign]]] = (
+_PATTERNS: Sequence[tuple[str, Callable[[re.Match[str]], Foreign]]] = (
     (
-        re.compile(
-            r"(?<![\w.])(?P<ask>[PRS](?:\{[^{}]*\})?(?:max|min)?\s*(?:=\s*\?|[<>]=?\s*[\d.]+(?=\s*\[)))"
-            r"(?:\s*\[(?P<inner>.*)\])?",
-            re.DOTALL,
+        (
+            r"(?s)(?<![\w.])(?P<ask>[PRS](?:\{[^{}]*\})?(?:max|min)?\s*(?:=\s*\?|[<>]=?\s*[\d.]+(?=\s*\[)))"
+            r"(?:\s*\[(?P<inner>.*)\])?"
         ),
         _property,
     ),
     (
-        re.compile(r"(?<![\w.])[AE]\s*\["),
+        r"(?<![\w.])[AE]\s*\[",
         lambda match: _path_quantifier(match[0][0], match.start()),
     ),
     (
-        re.compile(rf"(?<![\w.])[XFG]*[OHYZST]{_BOUND}"),
+        rf"(?<![\w.])[XFG]*[OHYZST]{_BOUND}",
         _explained(
             "{} is an operator of the past with a bound, which is not read", "write the steps out: a | Y a | Y Y a"
         ),
     ),
     (
-        re.compile(
+        (
             r"(?:(?<![\w.])[XFG]*(?=[XFGURWM])|(?=<>|\[\]))(?P<operator>[XFGURWM]|<>|\[\])"
             rf"(?P<bound>{_BOUND}|\s*\^\s*\d+)"
         ),
         _bound,
     ),
     (
-        re.compile(r"(?<![\w.])cycle\s*\{"),
+        r"(?<![\w.])cycle\s*\{",
         _explained("{} belongs to a word, and a formula is expected", "a formula says what holds for ever by G: G a"),
     ),
     (
-        re.compile(r"\{[^{}]*(?:[;:*]|\[[+*=-])[^{}]*\}?|\[(?:\*|\+|=|->)[^\]]*\]?|##\s*\d+"),
+        r"\{[^{}]*(?:[;:*]|\[[+*=-])[^{}]*\}?|\[(?:\*|\+|=|->)[^\]]*\]?|##\s*\d+",
         _explained(
             "{} is part of a regular expression, as in PSL and SVA", "write sequences with X: {a; b} is a & X b"
         ),
     ),
     (
-        re.compile(r"\|->|\|=>|\[\]->|<>->"),
+        r"\|->|\|=>|\[\]->|<>->",
         _explained("{} is an operator of PSL and SVA", "a |-> b is a -> b, and a |=> b is a -> X b"),
     ),
-    (re.compile(r"~>"), _explained("{} is 'leads to' of TLA+", "a ~> b is G(a -> F b)")),
-    (re.compile(r"(?<![\w.])[`‘‚](?P<name>[^`‘’]*)[`’‘]"), _quoted),
-    (re.compile(r"[“„«](?P<name>[^“”„«»]*)[”“»]"), _quoted),
+    (r"~>", _explained("{} is 'leads to' of TLA+", "a ~> b is G(a -> F b)")),
+    (r"(?<![\w.])[`‘‚](?P<name>[^`‘’]*)[`’‘]", _quoted),
+    (r"[“„«](?P<name>[^“”„«»]*)[”“»]", _quoted),
 )

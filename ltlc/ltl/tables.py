@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from importlib.resources import files
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -61,8 +61,9 @@ class Tables(NamedTuple):
 
 def load() -> Tables:
     """The tables, from the file if it was made from the grammar as it is."""
-    grammar = files("ltlc.grammars").joinpath("ltl.lark").read_text(encoding="utf-8")
-    ready = files("ltlc.grammars").joinpath("ltl.json")
+    folder = Path(*import_module("ltlc.grammars").__path__)
+    grammar = (folder / "ltl.lark").read_text(encoding="utf-8")
+    ready = folder / "ltl.json"
     if ready.is_file():
         document = json.loads(ready.read_text(encoding="utf-8"))
         if document["checksum"] == _checksum(grammar):

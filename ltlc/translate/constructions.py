@@ -148,6 +148,9 @@ for _construction in _ALL:
 
 
 def in_portfolio(kind: FormulaKind) -> tuple[str, ...]:
-    """The constructions that "auto" tries for a kind of formulas, in this order."""
-    tried = [c for c in CONSTRUCTIONS.values() if kind in c.portfolio]
+    """The constructions that "auto" tries for a kind of formulas, in this order.
+
+    They are among those that were registered: a formula has the same automaton whatever else is installed.
+    """
+    tried = [c for c in CONSTRUCTIONS.registered() if kind in c.portfolio]
     return tuple(c.name for c in sorted(tried, key=lambda c: c.portfolio[kind]))

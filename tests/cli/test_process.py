@@ -18,11 +18,17 @@ PHI_1 = "F(A & F B) & G!C & FG T"
 
 class TestProcess:
     @pytest.mark.slow
-    def test_compile_loads_nothing_heavy(self) -> None:
-        heavy = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "rich"]
+    @pytest.mark.parametrize(("arguments", "heavy"), [
+        (["compile", PHI_1, "-o", "dra.json"], ["rich"]),
+        (["compile", PHI_1, "--format", "hoa"], ["rich", "ltlc.formats.hoa_reader", "ltlc.formats.dot"]),
+        (["--version"], ["rich", "numpy", "ltlc.ltl", "ltlc.automata"]),
+        (["--help"], ["numpy", "ltlc.ltl", "ltlc.automata"]),
+    ])  # fmt: skip
+    def test_nothing_heavy_is_loaded(self, arguments: list[str], heavy: list[str]) -> None:
+        never = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "lark", "importlib.metadata"]
         code = (
             "import sys; from ltlc.cli.app import run; "
-            f"run(['compile', {PHI_1!r}, '-o', 'dra.json']); print(*[m for m in {heavy} if m in sys.modules])"
+            f"run({arguments}); print(); print(*[m for m in {never + heavy} if m in sys.modules])"
         )
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)

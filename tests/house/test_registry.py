@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from ltlc import registry
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.registry import Registry, import_object, import_plugins
 
@@ -79,7 +78,7 @@ def test_entry_points_of_installed_packages(monkeypatch: pytest.MonkeyPatch) -> 
         EntryPoint("ten", "string:digits.__len__", "ltlc.test-numbers"),
         EntryPoint("broken", "no_such_module:x", "ltlc.test-numbers"),
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: offered if group == "ltlc.test-numbers" else [])
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: offered * (group == "ltlc.test-numbers"))
     parts: Registry[object] = Registry("number", "ltlc.test-numbers")
     assert list(parts) == ["ten", "broken"]
     assert parts["ten"]() == 10  # type: ignore[operator]
