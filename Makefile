@@ -57,7 +57,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 # Other people's tools, for comparison; tests are skipped where one cannot be installed.
 $(PEERS): $(INSTALLED)
 	@echo "installing the tools that tests compare with (once) ..."
-	@for p in spottl stormpy stable-baselines3 sb3-contrib; do \
+	@for p in spottl stormpy stable-baselines3 sb3-contrib pettingzoo torchrl; do \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $$p || \
 		echo "no $$p for this system: its comparisons are skipped"; done
 	@touch $@
