@@ -10,7 +10,20 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import check, compile, evaluate, explain, faithful, listing, monitor, reproduce, show, solve, train
+from ltlc.cli import (
+    check,
+    compile,
+    doctor,
+    evaluate,
+    explain,
+    faithful,
+    listing,
+    monitor,
+    reproduce,
+    show,
+    solve,
+    train,
+)
 from ltlc.cli.messages import complain, complain_of_system, shown_once
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.registry import import_plugins
@@ -36,6 +49,7 @@ def application() -> typer.Typer:
         solve.solve,
         faithful.faithful,
         reproduce.reproduce,
+        doctor.doctor,
         listing.translators,
         listing.rewards,
         listing.agents,

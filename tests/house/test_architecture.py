@@ -25,6 +25,7 @@ FLOORS = {
     "foundation": 0,
     "grammars": 0,
     "ltl": 1,
+    "doctor": 1,
     "automata": 2,
     "minimize": 3,
     "formats": 3,
@@ -52,6 +53,7 @@ SAME_PART |= dict.fromkeys(("many", "monitor", "task"), "compiler")
 THIRD_PARTY = {
     "foundation": {"numpy"},
     "grammars": set(),
+    "doctor": set(),
     "ltl": {"lark"},
     "automata": {"numpy"},
     "minimize": {"numpy", "pysat"},
