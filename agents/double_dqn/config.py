@@ -142,7 +142,7 @@ class DQNConfig(OffPolicyConfig):
     trace_decay: float = 0.95
     advantage_learning: float | None = None
     final_advantage_learning: float | None = None
-    temperature: float = 0.25
+    temperature: float = 0.15
     buffer_size: int = 200_000
     max_memory: float | None = None
     train_frequency: int | None = None
