@@ -17,6 +17,7 @@ from ltlc.errors import InvalidArgumentError
 if TYPE_CHECKING:
     from ltlc.automata import DRA
     from ltlc.automata.finite import Goal
+    from ltlc.automata.possible import DeclaredLetters
     from ltlc.envs.spec import EnvSpec
 
 
@@ -127,11 +128,26 @@ def automaton_of(
 
     given = given_automaton(source)
     if isinstance(given, str):
-        possible = (declared(exclusive) if exclusive else env_spec.declared_letters)._asdict()
+        possible = (declared(exclusive) if exclusive else _letters_in(env_spec, given, finite))._asdict()
         if not finite:
             return compile(given, acceptance=acceptance, translator=translator, **possible)
         given = compile(given, finite=True, **possible)
     return given.with_goal(goal) if isinstance(given, DFA) else given
+
+
+def _letters_in(env_spec: EnvSpec, formula: str, finite: bool) -> DeclaredLetters:
+    """What the environment declares; or the letters of its exact model, where a formula has too many propositions."""
+    from ltlc.automata.possible import MAX_APS
+    from ltlc.compiler import as_formula
+    from ltlc.envs.declared import letters_in
+    from ltlc.ltl import propositions
+
+    declared = env_spec.declared_letters
+    if declared.exclusive or declared.letters is not None:
+        return declared
+    if len(propositions(as_formula(formula, finite=finite))) <= MAX_APS or env_spec.model is None:
+        return declared
+    return letters_in(env_spec.model)
 
 
 def env_spec_of(

@@ -8,8 +8,9 @@ from typing import Any
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 from ltlc.automata import DFA, DRA
-from ltlc.automata.possible import DeclaredLetters
+from ltlc.automata.possible import DeclaredLetters, names_in
 from ltlc.ltl import Formula
+from ltlc.mdp import LabelledMDP
 from ltlc.task import Task
 
 
@@ -31,6 +32,11 @@ def declared_letters(env: Any) -> DeclaredLetters:
     if letters is not None:
         return DeclaredLetters(letters=tuple(map(frozenset, letters)))
     return DeclaredLetters(exclusive=tuple(map(frozenset, exclusive or ())))
+
+
+def letters_in(mdp: LabelledMDP) -> DeclaredLetters:
+    """The letters that occur in an exact model."""
+    return DeclaredLetters(letters=tuple(names_in(mdp.aps, letter) for letter in mdp.letters.tolist()))
 
 
 def task_in(env: Any, task: Task | Formula | str | DRA | DFA) -> Task:
