@@ -6,22 +6,25 @@ import os
 from collections.abc import Iterable, MutableMapping
 from dataclasses import replace
 from itertools import islice
-from typing import Literal, get_args, overload
+from typing import Literal, cast, get_args, overload
 
 from ltlc import formats
-from ltlc.automata import DFA, DRA
+from ltlc.automata import DFA, DRA, OmegaAutomaton
 from ltlc.automata.forms import Form, with_form
 from ltlc.automata.possible import possible_letters
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, UnknownNameError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
-from ltlc.translate import Effort, Options, translate, translate_finite
+from ltlc.translate import Effort, GeneralForm, Options, translate, translate_finite, translate_to_form
+from ltlc.translate import determinise as made_deterministic
 
 MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
 
 
+FORMS: tuple[str, ...] = (*get_args(Form), *get_args(GeneralForm))
+"""The forms of automata over infinite words."""
 Cache = MutableMapping[tuple[Formula, Options], DRA]
 
 
@@ -46,6 +49,20 @@ def compile(
 def compile(
     formula_or_text: Formula | str,
     *,
+    form: GeneralForm,
+    translator: str = "auto",
+    effort: Effort = "default",
+    max_states: int = MAX_STATES,
+    timeout: float | None = None,
+    exclusive: Iterable[Iterable[str]] = (),
+    letters: Iterable[Iterable[str]] | None = None,
+) -> OmegaAutomaton: ...
+
+
+@overload
+def compile(
+    formula_or_text: Formula | str,
+    *,
     finite: Literal[True],
     max_states: int = MAX_STATES,
     timeout: float | None = None,
@@ -58,7 +75,7 @@ def compile(
     formula_or_text: Formula | str,
     *,
     finite: bool = False,
-    form: Form = "rabin",
+    form: Form | GeneralForm = "rabin",
     acceptance: AcceptanceKind = "state",
     translator: str = "auto",
     effort: Effort = "default",
@@ -67,7 +84,7 @@ def compile(
     cache: Cache | None = None,
     exclusive: Iterable[Iterable[str]] = (),
     letters: Iterable[Iterable[str]] | None = None,
-) -> DRA | DFA:
+) -> DRA | DFA | OmegaAutomaton:
     """Translate an LTL formula into a small deterministic Rabin automaton for the same words.
 
     The result depends on the arguments alone: the same formula gives the same numbering on every run and system.
@@ -76,8 +93,9 @@ def compile(
         formula_or_text: a formula, or text for `ltlc.parse`.
         finite: whether the formula is about finite traces. Then the result is the smallest deterministic automaton for
             them, an `ltlc.DFA`, and `form`, `acceptance`, `translator`, `effort` and `cache` have no effect.
-        form: "rabin", or the special form "parity", "buchi" or "co-buchi", with acceptance on transitions; see
-            `ltlc.automata.with_form`.
+        form: "rabin", or another form, with acceptance on transitions: "parity", "buchi" or "co-buchi", see
+            `ltlc.automata.with_form`; or "emerson-lei", "generalized-rabin", "streett" or "limit-deterministic", for
+            which the result is an `ltlc.automata.OmegaAutomaton`; see `ltlc.translate.translate_to_form`.
         acceptance: whether marks sit on states or on transitions; the latter can need fewer states.
         translator: a name from `ltlc.translate.TRANSLATORS`, or "auto" for the smallest result of several.
         effort: "fast", "default" or "best"; the last searches by SAT for the smallest automaton there is, and needs
@@ -109,8 +127,8 @@ def compile(
         (4, 3)
     """
     options = Options(acceptance, translator, effort, max_states, timeout).checked()
-    if form not in get_args(Form):
-        raise UnknownNameError("form", form, get_args(Form))
+    if form not in FORMS:
+        raise UnknownNameError("form", form, FORMS)
     if form != "rabin":
         options = options._replace(acceptance="transition")
     if cache is not None:
@@ -123,12 +141,15 @@ def compile(
             return translate_finite(formula, max_states=options.max_states, possible=possible)
         options = options._replace(possible=possible)
         text = str(formula)
+        if form in get_args(GeneralForm):
+            general = translate_to_form(shape, cast(GeneralForm, form), options, text=text)
+            return replace(general, aps=names, formula=text)
         known = None if cache is None else cache.get((shape, options))
         if known is None:
             known = translate(shape, options, text=text)
             if cache is not None:
                 cache[shape, options] = known
-        return with_form(replace(known, aps=names, formula=text), form, max_states=options.max_states)
+        return with_form(replace(known, aps=names, formula=text), cast(Form, form), max_states=options.max_states)
 
 
 def as_formula(formula_or_text: Formula | str, *, finite: bool = False) -> Formula:
@@ -161,14 +182,40 @@ def canonical_propositions(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
     return fold(formula, {}, rename), names
 
 
-def load(path: str | os.PathLike[str]) -> DRA | DFA:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    determinise: bool = False,
+    max_states: int = MAX_STATES,
+    timeout: float | None = None,
+) -> DRA | DFA:
     """Read an automaton from a .json or .hoa file; with another suffix the content decides.
 
     A file of an automaton over finite traces gives an `ltlc.DFA`.
+
+    Args:
+        path: of the file.
+        determinise: make a nondeterministic Buchi or generalized Buchi automaton in HOA deterministic, instead of an
+            error; see `ltlc.translate.determinise`.
+        max_states: limit for that.
+        timeout: seconds for that, or None.
 
     Raises:
         FileFormatError: the content is not what the suffix promises; says where.
         LimitExceeded: it has too many propositions, or needs too many states to get Rabin pairs.
         OSError: the file is missing or not readable.
     """
-    return formats.read(path)
+    if not determinise:
+        return formats.read(path)
+    found = formats.read_any(path)
+    if isinstance(found, OmegaAutomaton):
+        return made_deterministic(found, max_states=max_states, timeout=timeout)
+    return found
+
+
+def deterministic(hoa: str, *, max_states: int = MAX_STATES, timeout: float | None = None) -> DRA | DFA:
+    """The automaton of an HOA text as `load` with `determinise` gives it."""
+    found = formats.from_hoa(hoa, nondeterministic=True)
+    if isinstance(found, OmegaAutomaton):
+        return made_deterministic(found, max_states=max_states, timeout=timeout)
+    return found

@@ -13,6 +13,7 @@ from ltlc.automata.finite import DFA
 from ltlc.automata.forms import with_form
 from ltlc.automata.languages import equivalent_states
 from ltlc.automata.marks import buchi_edges, simplify_marks
+from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.pair_choice import limit_deterministic
 from ltlc.automata.parity import parity_colours, to_parity
 from ltlc.automata.rabin import DRA, RabinPair
@@ -27,6 +28,7 @@ __all__ = [
     "BuchiAutomaton",
     "ComponentKind",
     "LetterEdge",
+    "OmegaAutomaton",
     "RabinPair",
     "Refinement",
     "annotate",

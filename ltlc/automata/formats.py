@@ -11,6 +11,7 @@ from ltlc.registry import Registry, import_object
 
 if TYPE_CHECKING:
     from ltlc.automata.finite import DFA
+    from ltlc.automata.omega import OmegaAutomaton
     from ltlc.automata.rabin import DRA
 
 Writer = Callable[["DRA"], str | bytes]
@@ -42,11 +43,19 @@ class Format:
     reader: Reader | str | None = None
     begins: tuple[str, ...] = ()
 
-    def write(self, automaton: DRA | DFA) -> bytes:
+    def write(self, automaton: DRA | DFA | OmegaAutomaton) -> bytes:
         """The content of a file; text is UTF-8."""
+        self.check(automaton)
         writer = self._imported(self.writer)
         content: str | bytes = writer(automaton)
         return content.encode("utf-8") if isinstance(content, str) else content
+
+    def check(self, automaton: object) -> None:
+        """Raise InvalidArgumentError if the automaton is of a form that this format does not have."""
+        known = getattr(automaton, "formats", (self.name,))
+        if self.name not in known:
+            form, written = getattr(automaton, "form", ""), " or ".join(known)
+            raise InvalidArgumentError(f"automata of the form {form} are written as {written}, not as {self.name}")
 
     def read(self, text: str) -> DRA | DFA:
         """The automaton of a content.

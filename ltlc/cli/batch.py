@@ -14,11 +14,15 @@ from ltlc.cli.outputs import write_bytes
 from ltlc.cli.summary import as_data
 
 if TYPE_CHECKING:
-    from ltlc.automata import DFA, DRA
+    from ltlc.automata import DFA, DRA, OmegaAutomaton
 
 
 def compile_file(
-    source: str, translate: Callable[[str], DRA | DFA], targets: Sequence[str], as_json: bool, timeout: float | None
+    source: str,
+    translate: Callable[[str], DRA | DFA | OmegaAutomaton],
+    targets: Sequence[str],
+    as_json: bool,
+    timeout: float | None,
 ) -> int:
     """Compile the formulas of a file one after the other.
 

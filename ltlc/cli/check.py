@@ -31,6 +31,7 @@ def check(
         bool, typer.Option("--table", help="Show where on each word every part of the formula holds.")
     ] = False,
     finite: flags.Finite = False,
+    determinise: flags.Determinise = False,
     exclusive: flags.Exclusive = None,
     letters: flags.Letters = None,
     timeout: flags.Timeout = None,
@@ -59,7 +60,7 @@ def check(
     Options(timeout=timeout).checked()
     possible = declared(exclusive, letters)
     with time_limit(source, timeout):
-        given = given_automaton(source)
+        given = given_automaton(source, determinise=determinise, timeout=timeout)
         subject = parse(given, finite=finite) if isinstance(given, str) else given
         finite = finite if isinstance(subject, Formula) else isinstance(subject, DFA)
         known = propositions(subject) if isinstance(subject, Formula) else subject.aps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast, get_args
 
 import typer
 
@@ -17,7 +17,8 @@ from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.automata import DFA, DRA
+    from ltlc.automata import DFA, DRA, OmegaAutomaton
+    from ltlc.automata.forms import Form
 
 
 def compile_(
@@ -77,15 +78,26 @@ def compile_(
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.compiler import compile
     from ltlc.formats import FORMATS
+    from ltlc.translate import GeneralForm
 
     possible = declared(exclusive, letters)._asdict()
 
-    def translated(text: str) -> DRA | DFA:
+    def translated(text: str) -> DRA | DFA | OmegaAutomaton:
         if finite:
             return compile(text, finite=True, max_states=max_states, timeout=timeout, **possible)
+        if form_ in get_args(GeneralForm):
+            return compile(
+                text,
+                form=cast("GeneralForm", form_),
+                translator=translator,
+                effort=effort,
+                max_states=max_states,
+                timeout=timeout,
+                **possible,
+            )
         return compile(
             text,
-            form=form_,
+            form=cast("Form", form_),
             acceptance=acceptance,
             translator=translator,
             effort=effort,
@@ -119,7 +131,7 @@ def compile_(
     raise typer.Exit(compile_file(formulas, translated, targets, json_, timeout))
 
 
-def _one(dra: DRA | DFA, targets: list[str], form: str, json_: bool) -> None:
+def _one(dra: DRA | DFA | OmegaAutomaton, targets: list[str], form: str, json_: bool) -> None:
     write_targets(dra, targets, form)
     if json_:
         print(json.dumps(as_data(dra), ensure_ascii=False, indent=2))

@@ -101,8 +101,17 @@ Goal = Annotated[
     typer.Option("--goal", help="Satisfy a formula about finite traces at some time, or where the episode ends."),
 ]
 Form = Annotated[
-    Literal["rabin", "parity", "buchi", "co-buchi"],
-    typer.Option("--form", help="Give the pairs a special form, with acceptance on transitions."),
+    Literal[
+        "rabin",
+        "parity",
+        "buchi",
+        "co-buchi",
+        "emerson-lei",
+        "generalized-rabin",
+        "streett",
+        "limit-deterministic",
+    ],
+    typer.Option("--form", help="Another acceptance condition, on transitions; the last four are written as HOA only."),
 ]
 Exclusive = Annotated[
     list[str] | None,
@@ -115,6 +124,9 @@ Exclusive = Annotated[
 Letters = Annotated[
     str | None,
     typer.Option("--letters", metavar="'A; B & C; 1'", help="All letters that are possible (1: nothing holds)."),
+]
+Determinise = Annotated[
+    bool, typer.Option("--determinise", help="Make a nondeterministic Buchi automaton in HOA deterministic.")
 ]
 MaxStates = Annotated[
     int,

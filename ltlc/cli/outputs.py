@@ -13,7 +13,7 @@ from ltlc.cli import flags
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from ltlc.automata import DFA, DRA
+    from ltlc.automata import DFA, DRA, OmegaAutomaton
 
 Output = Annotated[
     list[str] | None,
@@ -46,7 +46,7 @@ def check_targets(targets: Sequence[str]) -> None:
             raise InvalidArgumentError(f"{target}: there is no folder {target.parent}; create it first")
 
 
-def write_targets(dra: DRA | DFA, targets: Sequence[str], form: str = "hoa") -> None:
+def write_targets(dra: DRA | DFA | OmegaAutomaton, targets: Sequence[str], form: str = "hoa") -> None:
     """Write an automaton to every target: the files, all or none, then standard output, in the format `form`."""
     from ltlc.formats import FORMATS
 

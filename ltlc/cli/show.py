@@ -25,6 +25,7 @@ def show(
     source: Annotated[str, typer.Argument(metavar="SOURCE", help="A .json or .hoa file, a formula, or - to read one.")],
     output: Output = None,
     finite: flags.Finite = False,
+    determinise: flags.Determinise = False,
     exclusive: flags.Exclusive = None,
     letters: flags.Letters = None,
     acceptance: flags.Acceptance = "state",
@@ -43,6 +44,7 @@ def show(
       ltlc show dra.json
       ltlc show dra.hoa -o dra.svg
       ltlc show "GF a -> GF b" --acceptance transition
+      ltl2tgba "FG a | GF b" | ltlc show - --determinise -o dra.svg
     """
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.translate import Options
@@ -53,7 +55,7 @@ def show(
     check_targets(targets)
     options = Options(acceptance, translator, max_states=max_states, timeout=timeout).checked()
     with time_limit(source, timeout):
-        dra = given_automaton(source)
+        dra = given_automaton(source, determinise=determinise, max_states=max_states, timeout=timeout)
         if isinstance(dra, str):
             dra = _compiled(dra, options, finite, declared(exclusive, letters))
         with overtime(Overtime.WRITE):

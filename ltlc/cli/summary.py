@@ -7,16 +7,29 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from ltlc.automata import DFA, DRA
+    from ltlc.automata import DFA, DRA, OmegaAutomaton
 
 ROWS = 60
 """States listed on a terminal; a longer list is better read by a program."""
 
 
-def as_data(dra: DRA | DFA) -> dict[str, Any]:
+def as_data(dra: DRA | DFA | OmegaAutomaton) -> dict[str, Any]:
     """The summary as JSON values; states by number, transitions as [state, letter class]."""
-    from ltlc.automata import DFA
+    from ltlc.automata import DFA, OmegaAutomaton
+    from ltlc.formats.hoa_general import acceptance_text
 
+    if isinstance(dra, OmegaAutomaton):
+        return {
+            "formula": dra.formula,
+            "form": dra.form,
+            "deterministic": dra.is_deterministic,
+            "aps": list(dra.aps),
+            "n_states": dra.n_states,
+            "n_classes": dra.n_classes,
+            "n_sets": dra.n_sets,
+            "acceptance": acceptance_text(dra),
+            "initial_states": list(dra.initial_states),
+        }
     if isinstance(dra, DFA):
         return {
             "formula": dra.formula,
@@ -63,8 +76,16 @@ def _hierarchy_class(dra: DRA | DFA) -> str | None:
         return None
 
 
-def print_summary(dra: DRA | DFA) -> None:
+def print_summary(dra: DRA | DFA | OmegaAutomaton) -> None:
     """Print the summary to standard output: what it is, then a row per state."""
+    from ltlc.automata import OmegaAutomaton
+
+    if isinstance(dra, OmegaAutomaton):
+        from ltlc.formats.hoa_general import acceptance_text
+
+        print(f"{dra.formula or 'an automaton without a formula'}: {dra.size}")
+        print(f"accepted runs: {acceptance_text(dra)}, of the sets that are taken infinitely often; -f hoa shows all")
+        return
     from rich.console import Console
     from rich.text import Text
 

@@ -12,7 +12,7 @@ from ltlc.automata.formats import FORMATS, Format, register_format
 
 if TYPE_CHECKING:
     from ltlc.formats.dot import to_dot
-    from ltlc.formats.files import read, write
+    from ltlc.formats.files import read, read_any, write
     from ltlc.formats.hoa import to_hoa
     from ltlc.formats.hoa_reader import from_hoa, read_hoa_stream
     from ltlc.formats.json import from_json, to_json
@@ -25,6 +25,7 @@ __all__ = [
     "from_hoa",
     "from_json",
     "read",
+    "read_any",
     "read_hoa_stream",
     "register_format",
     "render",
@@ -39,6 +40,7 @@ _HOME = {
     "from_hoa": "ltlc.formats.hoa_reader",
     "from_json": "ltlc.formats.json",
     "read": "ltlc.formats.files",
+    "read_any": "ltlc.formats.files",
     "read_hoa_stream": "ltlc.formats.hoa_reader",
     "render": "ltlc.formats.picture",
     "to_dot": "ltlc.formats.dot",

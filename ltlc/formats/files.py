@@ -9,12 +9,13 @@ from pathlib import Path
 from ltlc.atomic import atomic_write_all
 from ltlc.automata.finite import DFA
 from ltlc.automata.formats import FORMATS, Format, format_of_content, format_of_suffix, suffixes
+from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.rabin import DRA
 from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError, check_type
 from ltlc.formats.picture import PICTURES, drawn
 
 
-def write(automaton: DRA | DFA, path: str | os.PathLike[str]) -> Path:
+def write(automaton: DRA | DFA | OmegaAutomaton, path: str | os.PathLike[str]) -> Path:
     """Write the automaton in the format that the suffix of the path names; all or nothing.
 
     Known are the suffixes of all formats of `FORMATS`: .json and .hoa, which `read` reads back; .dot; .mmd (Mermaid)
@@ -33,7 +34,7 @@ def write(automaton: DRA | DFA, path: str | os.PathLike[str]) -> Path:
     return Path(path)
 
 
-def write_all(automaton: DRA | DFA, paths: Iterable[str | os.PathLike[str]]) -> None:
+def write_all(automaton: DRA | DFA | OmegaAutomaton, paths: Iterable[str | os.PathLike[str]]) -> None:
     """Write the automaton to several files, each as `write` does; none takes its place before all are on the disk.
 
     Raises:
@@ -51,7 +52,9 @@ def write_all(automaton: DRA | DFA, paths: Iterable[str | os.PathLike[str]]) -> 
             raise InvalidArgumentError(
                 f"{target}: no format has the suffix {target.suffix!r}; known are {' '.join(suffixes())}"
             )
+        form.check(automaton)
         if form.suffixes[0] in PICTURES:
+            assert not isinstance(automaton, OmegaAutomaton)  # `check` has refused it
             picture, without = drawn(automaton, target)
             contents |= picture
             problem = problem or without
@@ -72,12 +75,35 @@ def read(path: str | os.PathLike[str]) -> DRA | DFA:
         StateLimitExceeded: Rabin pairs for its acceptance condition would need too many states.
         OSError: the file is missing or not readable.
     """
+    automaton = _read(path, nondeterministic=False)
+    assert not isinstance(automaton, OmegaAutomaton)
+    return automaton
+
+
+def read_any(path: str | os.PathLike[str]) -> DRA | DFA | OmegaAutomaton:
+    """`read`, and a nondeterministic Buchi or generalized Buchi automaton in HOA as an `OmegaAutomaton`.
+
+    Example:
+        >>> import ltlc, tempfile
+        >>> folder = Path(tempfile.mkdtemp())
+        >>> read_any(ltlc.compile("FG a | GF b", form="limit-deterministic").save(folder / "any.hoa")).is_deterministic
+        False
+    """
+    return _read(path, nondeterministic=True)
+
+
+def _read(path: str | os.PathLike[str], *, nondeterministic: bool) -> DRA | DFA | OmegaAutomaton:
     check_type(path, (str, os.PathLike), "the path", "the name of a file")
     source = Path(path)
     try:
         text = source.read_bytes().decode("utf-8-sig")
         form = format_of_suffix(source.suffix)
-        return (form if form is not None and form.reader is not None else _format_of(text)).read(text)
+        form = form if form is not None and form.reader is not None else _format_of(text)
+        if nondeterministic and form.name == "hoa":
+            from ltlc.formats.hoa_reader import from_hoa
+
+            return from_hoa(text, nondeterministic=True)
+        return form.read(text)
     except UnicodeDecodeError as error:
         raise FileFormatError(f"{source}: not UTF-8 text (byte {error.start})") from None
     except FileFormatError as error:

@@ -10,14 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ltlc.automata.finite import DFA
+from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.formats.edges import edges, state_marks
+from ltlc.formats.hoa_general import acceptance_of, body_of
 from ltlc.graph import bits
 from ltlc.version import __version__
 
 
-def to_hoa(automaton: DRA | DFA) -> str:
+def to_hoa(automaton: DRA | DFA | OmegaAutomaton) -> str:
     """The automaton in HOA: explicit labels, Fin(2i) & Inf(2i+1) for pair i, marks on states or on transitions.
 
     Every mark of a state is written at the state, every mark of a transition at the transition, so that reading gives
@@ -27,6 +29,8 @@ def to_hoa(automaton: DRA | DFA) -> str:
     condition. Where letters are impossible, labels say so, by the alias @possible, and the automaton has no edge for
     them; the headers `possible:` list the possible combinations, one part of the alphabet each, for reading it back.
     """
+    if isinstance(automaton, OmegaAutomaton):
+        return _general(automaton)
     if isinstance(automaton, DRA) and automaton.forms & set(_NAMED):
         return _named(automaton)
     n_pairs = automaton.n_pairs
@@ -46,20 +50,40 @@ def to_hoa(automaton: DRA | DFA) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _head(automaton: DRA | DFA) -> list[str]:
+def _general(automaton: OmegaAutomaton) -> str:
+    """An automaton with any condition, deterministic or not."""
+    properties = " deterministic" if automaton.is_deterministic else ""
+    if automaton.is_deterministic and automaton.is_complete:
+        properties += _complete(automaton)
+    lines = [
+        *_head(automaton),
+        *acceptance_of(automaton),
+        f"properties: trans-labels explicit-labels trans-acc{properties}",
+        "--BODY--",
+        *body_of(automaton),
+        "--END--",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _head(automaton: DRA | DFA | OmegaAutomaton) -> list[str]:
     lines = ["HOA: v1", f'tool: "ltlc" {_string(__version__)}']
     if automaton.formula is not None:
         lines.append(f"name: {_string(automaton.formula)}")
     return [
         *lines,
         f"States: {automaton.n_states}",
-        f"Start: {automaton.initial_state}",
+        *(f"Start: {state}" for state in _starts(automaton)),
         " ".join([f"AP: {len(automaton.aps)}", *map(_string, automaton.aps)]),
         *_possible(automaton),
     ]
 
 
-def _possible(automaton: DRA | DFA) -> list[str]:
+def _starts(automaton: DRA | DFA | OmegaAutomaton) -> tuple[int, ...]:
+    return automaton.initial_states if isinstance(automaton, OmegaAutomaton) else (automaton.initial_state,)
+
+
+def _possible(automaton: DRA | DFA | OmegaAutomaton) -> list[str]:
     """The possible letters, part by part, and as an alias that labels use."""
     if automaton.possible is None:
         return []
@@ -88,7 +112,7 @@ def _at_most_one(places: Sequence[int]) -> str:
     return f"({sides[0]} | {sides[1]})"
 
 
-def _complete(automaton: DRA | DFA) -> str:
+def _complete(automaton: DRA | DFA | OmegaAutomaton) -> str:
     return " complete" if automaton.possible is None else ""
 
 

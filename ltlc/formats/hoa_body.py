@@ -11,6 +11,7 @@ from ltlc.formats.hoa_header import HoaHeader
 from ltlc.formats.hoa_parser import HoaSyntaxError, StateItem, parse_body, parse_label
 from ltlc.formats.hoa_text import unquote
 
+_HINT = "; Buchi automata are made deterministic when they are read with determinise"
 _NUMBER = re.compile(r"0|[1-9][0-9]*")
 
 
@@ -45,6 +46,8 @@ class HoaBody:
     """marks of each edge, those of its source included."""
     target_places: list[int] = field(default_factory=list)
     """where the target of each edge is written."""
+    is_deterministic: bool = True
+    """whether no state has two edges for a letter."""
     on_edges: bool = False
     """whether an edge has marks of its own."""
 
@@ -135,10 +138,16 @@ class _Reader:
             merged[key] = (merged[key][0] | letters if key in merged else letters, edge)
         taken = 0
         for (target, marks), (letters, edge) in merged.items():
-            if letters & taken:
+            if letters & taken and self.header.nondeterministic:
+                place = edge.start("target")
+                self.header.deny("deterministic", place, f"state {state} has two edges for one letter")
+                self.body.is_deterministic = False
+            elif letters & taken:
                 letter = a_letter_of(letters & taken, self.header.numbers)
                 place = edge.start("target")
-                self.text.fail(place, f"not deterministic: state {state} has a second edge for the letter {letter}")
+                self.text.fail(
+                    place, f"not deterministic: state {state} has a second edge for the letter {letter}{_HINT}"
+                )
             taken |= letters
             if letters:
                 self._add_edge(state, target, letters, marks, state_marks, edge)

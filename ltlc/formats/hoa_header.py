@@ -21,15 +21,19 @@ if TYPE_CHECKING:
 _ONCE = ("states", "aps", "acceptance", "name")
 
 
-def read_header(text: HoaText) -> HoaHeader:
+def read_header(text: HoaText, *, nondeterministic: bool = False) -> HoaHeader:
     """The headers of a text.
+
+    Args:
+        text: of the automaton.
+        nondeterministic: whether it may be.
 
     Raises:
         HoaSyntaxError: they do not follow the grammar.
         FileFormatError: they contradict each other, or the automaton cannot be read; names line and column.
         AlphabetLimitExceeded: there are too many propositions.
     """
-    header = HoaHeader(text)
+    header = HoaHeader(text, nondeterministic)
     header.read(parse_header(text.text, text.body))
     return header
 
@@ -39,6 +43,8 @@ class HoaHeader:
     """What the headers of an automaton say."""
 
     text: HoaText
+    nondeterministic: bool = False
+    """whether the automaton may be nondeterministic."""
     states: Token | None = None
     starts: list[Token] = field(default_factory=list)
     aps: list[str] = field(default_factory=list)
@@ -118,7 +124,7 @@ class HoaHeader:
     def _read_start(self, keyword: Token, state: Token, *more: Token) -> None:
         if more:
             self.text.fail(more[0], "universal branching: an alternating automaton is not deterministic")
-        if self.starts:
+        if self.starts and not self.nondeterministic:
             self.text.fail(keyword, "a second initial state: the automaton is not deterministic")
         self.text.number(state, state)
         self.starts.append(state)

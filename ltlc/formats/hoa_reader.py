@@ -11,13 +11,15 @@ import io
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from typing import Literal, overload
 
 import numpy as np
 
-from ltlc.automata.acceptance import NEVER, Acceptance, TooManyClausesError
+from ltlc.automata.acceptance import NEVER, Acceptance, Clause, TooManyClausesError
 from ltlc.automata.alphabet import truth_table
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized
 from ltlc.automata.finite import DFA, from_table
+from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import MAX_STATES, NO_LIMIT, Budget
@@ -36,7 +38,15 @@ _MAX_MARKS = 1 << 24
 """entries of the largest table of an automaton with counters, one for each state, letter class and pair."""
 
 
-def from_hoa(text: str) -> DRA | DFA:
+@overload
+def from_hoa(text: str, *, nondeterministic: Literal[False] = False) -> DRA | DFA: ...
+
+
+@overload
+def from_hoa(text: str, *, nondeterministic: bool) -> DRA | DFA | OmegaAutomaton: ...
+
+
+def from_hoa(text: str, *, nondeterministic: bool = False) -> DRA | DFA | OmegaAutomaton:
     """The automaton of an HOA text, which holds exactly one; see `read_hoa_stream`.
 
     Raises:
@@ -44,7 +54,7 @@ def from_hoa(text: str) -> DRA | DFA:
         AlphabetLimitExceeded: it has too many propositions.
         StateLimitExceeded: Rabin pairs for its acceptance condition would need too many states.
     """
-    stream = read_hoa_stream(text)
+    stream = read_hoa_stream(text, nondeterministic=nondeterministic)
     automaton = next(stream, None)
     if automaton is None:
         raise FileFormatError("there is no automaton: an HOA file starts with 'HOA: v1' and ends with '--END--'")
@@ -53,7 +63,19 @@ def from_hoa(text: str) -> DRA | DFA:
     return automaton
 
 
-def read_hoa_stream(source: str | Iterable[str]) -> Iterator[DRA | DFA]:
+@overload
+def read_hoa_stream(
+    source: str | Iterable[str], *, nondeterministic: Literal[False] = False
+) -> Iterator[DRA | DFA]: ...
+
+
+@overload
+def read_hoa_stream(source: str | Iterable[str], *, nondeterministic: bool) -> Iterator[DRA | DFA | OmegaAutomaton]: ...
+
+
+def read_hoa_stream(
+    source: str | Iterable[str], *, nondeterministic: bool = False
+) -> Iterator[DRA | DFA | OmegaAutomaton]:
     """The automata of an HOA stream in order, each as soon as its --END-- has arrived.
 
     The automata must be deterministic. Any acceptance condition over Fin and Inf is turned into Rabin pairs; state
@@ -65,6 +87,8 @@ def read_hoa_stream(source: str | Iterable[str]) -> Iterator[DRA | DFA]:
 
     Args:
         source: the text, or its lines with their line ends, as an open file gives them.
+        nondeterministic: give a nondeterministic automaton with (generalized) Buchi acceptance back as an
+            `OmegaAutomaton`, instead of an error.
 
     Raises:
         FileFormatError: an automaton cannot be read; names line and column.
@@ -72,21 +96,21 @@ def read_hoa_stream(source: str | Iterable[str]) -> Iterator[DRA | DFA]:
         StateLimitExceeded: Rabin pairs for its acceptance condition would need too many states.
     """
     for piece in pieces(io.StringIO(source) if isinstance(source, str) else source):
-        yield _Reader(HoaText(piece)).assembled()
+        yield _Reader(HoaText(piece), nondeterministic).assembled()
 
 
 class _Reader:
     """Makes an automaton of what is listed."""
 
-    def __init__(self, text: HoaText) -> None:
+    def __init__(self, text: HoaText, nondeterministic: bool) -> None:
         self.text = text
         try:
-            self.header = read_header(text)
+            self.header = read_header(text, nondeterministic=nondeterministic)
             self.body = read_body(self.header)
         except HoaSyntaxError as error:
             text.fail(error.position, error.message)
 
-    def assembled(self) -> DRA | DFA:
+    def assembled(self) -> DRA | DFA | OmegaAutomaton:
         header, body = self.header, self.body
         n_states = len(body.places)
         if header.states is not None and int(header.states) != n_states:
@@ -103,6 +127,8 @@ class _Reader:
         if not header.starts or not n_states:
             self.header.deny("complete", 0, "there is no initial state")
             return from_table(self._empty()) if header.finite else self._empty()
+        if len(header.starts) > 1 or not body.is_deterministic:
+            return self._nondeterministic()
         complete = self._is_complete()
         automaton = self._completed(n_states, complete)
         evidence = Evidence(n_states, int(header.starts[0]), body.sources, body.targets, body.marks, automaton)
@@ -110,6 +136,31 @@ class _Reader:
         if claim is not None:
             self.text.fail(header.claims[claim], f"`{claim}` does not hold; the file is damaged or wrong")
         return self._of_traces(automaton) if header.finite else automaton
+
+    def _nondeterministic(self) -> OmegaAutomaton:
+        header, body = self.header, self.body
+        header.deny("deterministic", 0, "there are several runs on a word")
+        letter_class, classes = guard_classes(header.numbers.size, len(body.places), body.guards)
+        mark = {of: 1 << i for i, of in enumerate(sets_of(header.condition))}
+        acceptance = self._acceptance(mark, set(range(header.n_sets)))
+        everything = Clause(0, (1 << len(mark)) - 1)
+        if acceptance != (everything,) or header.finite:
+            self.text.fail(
+                header.acceptance or 0,
+                "only Buchi and generalized Buchi automata are read if they are nondeterministic",
+            )
+        sets = {g: truth_table(column) for g, column in classes.items()}
+        return OmegaAutomaton(
+            tuple(header.aps),
+            letter_class,
+            self._edges(len(body.places), 0, sets, mark),
+            len(mark),
+            acceptance,
+            "nondeterministic",
+            tuple(dict.fromkeys(map(int, header.starts))),
+            header.name,
+            header.possible,
+        )
 
     def _of_traces(self, automaton: DRA) -> DFA:
         if automaton.acceptance != "state" or automaton.n_pairs > 1 or automaton.fin.any():
@@ -136,10 +187,11 @@ class _Reader:
         header = self.header
         return DRA(tuple(header.aps), delta, letters, marks, marks, formula=header.name, possible=header.possible)
 
-    def _acceptance(self, mark: Mapping[AcceptanceSet, int]) -> Acceptance:
+    def _acceptance(self, mark: Mapping[AcceptanceSet, int], used: set[int] | None = None) -> Acceptance:
         """Read the acceptance condition; of one that is no list of Rabin pairs, only the sets in use."""
         header, body = self.header, self.body
-        used = set[int]().union(*set(body.state_marks.values()), *set(body.marks))
+        if used is None:
+            used = set[int]().union(*set(body.state_marks.values()), *set(body.marks))
         if header.n_sets <= 2 * MAX_CLAUSES and header.condition is rabin(header.n_sets // 2):
             used = set(range(header.n_sets))
         try:

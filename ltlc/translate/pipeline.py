@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ltlc.automata.canonical import CANONICAL, canonical
-from ltlc.automata.emerson_lei import EmersonLei, reduced
+from ltlc.automata.emerson_lei import EmersonLei
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.automata.parity import to_parity
@@ -25,39 +25,27 @@ from ltlc.budget import (
     time_limit,
 )
 from ltlc.errors import (
-    DepthLimitExceeded,
     LimitExceeded,
     StateLimitExceeded,
     TimeLimitExceeded,
-    UnknownNameError,
 )
-from ltlc.ltl import Formula, propositions, simplify
-from ltlc.ltl.shape import NO_PAST
+from ltlc.ltl import Formula
 from ltlc.minimize.collapse import collapse
 from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
 from ltlc.minimize.reduce import NORMALIZED, normalized
 from ltlc.minimize.sat_minimize import minimize
 from ltlc.minimize.state_based import to_state_based
-from ltlc.minimize.words import Words
 from ltlc.translate.closure import Closure
-from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfolio
-from ltlc.translate.letters import Letters, letters_of
-from ltlc.translate.limits import in_the_limit
-from ltlc.translate.memory import Memory
-from ltlc.translate.mixtures import without_mixtures
+from ltlc.translate.constructions import CONSTRUCTIONS, Construction
+from ltlc.translate.letters import Letters
 from ltlc.translate.options import Options
+from ltlc.translate.problem import PATIENCE, SLACK, Problem, built, check_known, problem_of, too_deep, worth_trying
 
 _DEFAULTS = Options()
 _ROUNDS = (500, 10_000)
 """of states: all constructions are tried with few, before the first one is tried with many;"""
 _FIRST = 4
 """the first one may have this many times as many, since it wins most often."""
-_BY_PARTS = ("auto", "product")
-"""Where parts are translated one by one, the formula is taken apart before."""
-_PATIENCE = 2
-"""A further construction is given up once it has this many times the states of the best automaton so far,"""
-_SLACK = 60
-"""plus these."""
 _HOPELESS = 1.25
 """A candidate with this many times the states of the best one,"""
 _CLOSE = 4
@@ -69,25 +57,6 @@ _SPARE_SHARE = 0.7
 _SAT_SECONDS = 30.0
 _SAT_SHARE = 0.9
 """The search for a smaller automaton goes on for this time at most, and this share of what is left."""
-
-
-class Problem(NamedTuple):
-    """What every construction is given."""
-
-    formula: Formula
-    """simplified, in negation normal form."""
-    letters: Letters
-    options: Options
-    words: Words
-    """what told states apart so far; see `merge_by_trial`."""
-    memory: Memory | None
-    """of the past, if the formula has one."""
-
-    def closure(self, budget: Budget) -> Closure:
-        """A fresh closure: what a construction leaves in it must not depend on the constructions before."""
-        if self.memory is None:
-            return Closure(self.formula, self.letters, budget)
-        return Closure(self.memory.future, self.memory.letters, budget)
 
 
 class Candidate(NamedTuple):
@@ -133,17 +102,12 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
     """
     options = options.checked()
     if options.translator != "auto":
-        _known(options.translator)
+        check_known(options.translator)
     text = str(formula) if text is None else text
     with time_limit(text, options.timeout) as limit:
         budget = Budget(text, options.max_states)
         try:
-            simple = simplify(formula)
-            if options.translator in _BY_PARTS:
-                simple = without_mixtures(in_the_limit(simple))
-            letters = letters_of(simple, propositions(formula), options.possible)
-            memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
-            problem = Problem(simple, letters, options, [], memory)
+            problem = problem_of(formula, options, budget)
             best = _best(problem, budget)
             automaton = best.automaton
             if not best.weak and NORMALIZED not in automaton.forms and options.acceptance == "transition":
@@ -152,10 +116,7 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
             if options.acceptance == "state":
                 automaton = _state_based(best._replace(automaton=automaton), problem, budget)
         except RecursionError:  # rewriting and the nodes of a closure recurse, each level in a few calls
-            raise DepthLimitExceeded(
-                f"{budget.name} is nested too deeply: split the formula, or raise Python's limit by"
-                " sys.setrecursionlimit"
-            ) from None
+            raise too_deep(budget) from None
         budget.check_states(automaton.n_states)
         if options.effort == "best":
             left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
@@ -187,7 +148,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     """The smallest result; constructions that explode are stopped early as long as others may succeed."""
     closure = problem.closure(budget)
     pristine: Closure | None = closure
-    names = _worth_trying(closure, problem.options)
+    names = worth_trying(closure, problem.options)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
         for limit in (*rounds, budget.max_states):
@@ -196,7 +157,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                 cap, closure = limit * _FIRST if name == names[0] else limit, pristine or problem.closure(budget)
                 pristine = None
                 if best is not None and problem.options.effort != "best":
-                    cap = min(limit, _PATIENCE * best.automaton.n_states + _SLACK)
+                    cap = min(limit, PATIENCE * best.automaton.n_states + SLACK)
                 try:
                     found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
                     is_first, best = best is None, _smaller(best or found, found)
@@ -234,33 +195,9 @@ def _smaller(old: Candidate, new: Candidate) -> Candidate:
     return chosen._replace(least=max(old.least, new.least))
 
 
-def _known(translator: str) -> None:
-    """Raise UnknownNameError, with "auto" among the names, if there is no such construction."""
-    try:
-        CONSTRUCTIONS[translator]
-    except UnknownNameError as error:
-        if error.kind != CONSTRUCTIONS.kind:
-            raise
-        raise UnknownNameError(error.kind, translator, ("auto", *CONSTRUCTIONS)) from None
-
-
-def _worth_trying(closure: Closure, options: Options) -> tuple[str, ...]:
-    """Names of constructions, the most promising first."""
-    if options.translator != "auto":
-        return (options.translator,)
-    root = closure.root
-    if options.effort == "default" and (closure.is_fair_obligation(root) or closure.is_limit(root)):
-        names = in_portfolio("fair")
-    else:
-        names = in_portfolio("low" if closure.is_low(root) else "high")
-    return names[:1] if options.effort == "fast" else names
-
-
 def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:
     """The automaton of a construction, with as few states as merging those of one language gives."""
-    emerson_lei = reduced(construction.build(closure, budget))
-    if problem.memory is not None:
-        emerson_lei = reduced(problem.memory.product(emerson_lei, budget))
+    emerson_lei = built(construction, problem, budget, closure)
     automaton = _paired(emerson_lei, problem.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei)

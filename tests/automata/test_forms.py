@@ -109,8 +109,8 @@ def test_rabin_is_the_automaton_itself() -> None:
 def test_errors() -> None:
     with pytest.raises(UnknownNameError, match="unknown form 'büchi'"):
         ltlc.compile("a", form="büchi")  # type: ignore[call-overload]
-    with pytest.raises(UnknownNameError, match="unknown form 'streett'"):
-        with_form(ltlc.compile("a"), "streett")  # type: ignore[arg-type]
+    with pytest.raises(UnknownNameError, match="unknown form 'strett'"):
+        with_form(ltlc.compile("a"), "strett")  # type: ignore[arg-type]
     with pytest.raises(InvalidArgumentError, match="of F G a: it is no recurrence property; take the form parity"):
         ltlc.compile("F G a", form="buchi")
     with pytest.raises(StateLimitExceeded):
