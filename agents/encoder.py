@@ -344,7 +344,3 @@ def _one_hot(digits: Tensor, sizes: list[int]) -> Tensor:
             columns.append(torch.nn.functional.one_hot(rest % base if size > JOINT_LIMIT else rest, base))
             rest = rest // _BASE
     return torch.cat(columns, dim=1).to(torch.float32)
-
-
-def _like(values: npt.NDArray[np.float64], tensor: Tensor) -> Tensor:
-    return torch.as_tensor(values, dtype=tensor.dtype, device=tensor.device)

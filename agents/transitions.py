@@ -38,10 +38,6 @@ class TransitionBatch:
     """shape (n,), bool; whether the episode is over, truncated ones included; None where steps were sampled."""
 
 
-FIELDS = tuple(TransitionBatch.__dataclass_fields__)[:-2]
-"""those of a single step, whatever was before and after."""
-
-
 class Memory(Protocol):
     """The experience that an agent learns from."""
 

@@ -154,16 +154,6 @@ def quoted(name: str) -> str:
     return str(Proposition(name))
 
 
-def proposition_table(index: int, n_aps: int) -> int:
-    """The letters that contain proposition `index`, as a truth table (bit k = value at letter k)."""
-    width = 1 << index
-    table = ((1 << width) - 1) << width
-    while width < 1 << n_aps:
-        width *= 2
-        table |= table << width
-    return table & ((1 << (1 << n_aps)) - 1)
-
-
 def truth_column(table: int, size: int) -> BoolArray:
     """The lowest bits of a truth table as a column, shape (size,), bool."""
     octets = np.frombuffer(table.to_bytes((size + 7) // 8, "little"), dtype=np.uint8)

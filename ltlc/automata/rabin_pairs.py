@@ -223,17 +223,21 @@ def to_rabin(
         edges = [merged([(letters, q, marks) for letters, (q, _), marks in successors(copy)]) for copy in copies]
     else:
         start = memories[component[initial_state]].start(initial_state)
-        copies, edges = explore((initial_state, start), successors, budget)
-        initial_state = 0
+        (copies, edges), initial_state = explore((initial_state, start), successors, budget), 0
     state_marks = [marks_of(q, memory) for q, memory in copies] if on_states else None
     block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, int(letter_class.max()) + 1, budget)
     acceptance: Literal["state", "transition"] = "state" if on_states else "transition"
     result = DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance, possible=possible)
-    known = len(set(automaton.alike))
-    if known == automaton.n_states:
+    return _with_known_languages(result, automaton.alike, [q for q, _ in copies])
+
+
+def _with_known_languages(result: DRA, alike: Sequence[int], origin: Sequence[int]) -> DRA:
+    """The automaton with what is known of states that accept the same words, from those that its states come from."""
+    known = len(set(alike))
+    if known == len(alike):
         return result
-    alike = np.array([automaton.alike[q] for q, _ in copies], dtype=np.int32)
-    return result.annotated(alike=alike, languages=alike if known == 1 else None)
+    entries = np.array([alike[q] for q in origin], dtype=np.int32)
+    return result.annotated(alike=entries, languages=entries if known == 1 else None)
 
 
 def _best_memory(automaton: EmersonLei, members: Sequence[int], component: Sequence[int], way: Way) -> Memory:

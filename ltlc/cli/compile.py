@@ -20,30 +20,34 @@ if TYPE_CHECKING:
     from ltlc.automata import DFA, DRA, OmegaAutomaton
     from ltlc.automata.forms import Form
 
+Formula = Annotated[str | None, typer.Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")]
+Formulas = Annotated[
+    str | None,
+    typer.Option(
+        "--formulas",
+        "-F",
+        metavar="FILE",
+        callback=flags.path_given,
+        help="A file of formulas, one a line, or - to read them.",
+    ),
+]
+Format = Annotated[
+    str | None,
+    typer.Option(
+        "--format",
+        "-f",
+        metavar="NAME",
+        help="Write the automaton to standard output in this format: {formats}.",
+        autocompletion=flags.names_of("formats"),
+    ),
+]
+
 
 def compile_(
-    formula: Annotated[str | None, typer.Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")] = None,
-    formulas: Annotated[
-        str | None,
-        typer.Option(
-            "--formulas",
-            "-F",
-            metavar="FILE",
-            callback=flags.path_given,
-            help="A file of formulas, one a line, or - to read them.",
-        ),
-    ] = None,
+    formula: Formula = None,
+    formulas: Formulas = None,
     output: Output = None,
-    form: Annotated[
-        str | None,
-        typer.Option(
-            "--format",
-            "-f",
-            metavar="NAME",
-            help="Write the automaton to standard output in this format: {formats}.",
-            autocompletion=flags.names_of("formats"),
-        ),
-    ] = None,
+    form: Format = None,
     finite: flags.Finite = False,
     exclusive: flags.Exclusive = None,
     letters: flags.Letters = None,

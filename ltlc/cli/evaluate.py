@@ -14,25 +14,28 @@ from ltlc.cli.train import headings
 from ltlc.cli.verdicts import checks_of, fitted_text, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
+Run = Annotated[
+    str,
+    typer.Argument(
+        metavar="RUN",
+        callback=flags.path_given,
+        help="A run folder, as 'ltlc train' makes it; with --policy, a formula, a .json or .hoa file, or -.",
+    ),
+]
+Policy = Annotated[
+    str | None,
+    typer.Option(
+        "--policy",
+        metavar="MODULE:NAME",
+        help="A policy learned elsewhere: a function of the observation, a network of PyTorch, a model with "
+        "predict, a table; or the .zip of a model of Stable-Baselines3, if you trust it: loading can run any code.",
+    ),
+]
+
 
 def evaluate(
-    run: Annotated[
-        str,
-        typer.Argument(
-            metavar="RUN",
-            callback=flags.path_given,
-            help="A run folder, as 'ltlc train' makes it; with --policy, a formula, a .json or .hoa file, or -.",
-        ),
-    ],
-    policy: Annotated[
-        str | None,
-        typer.Option(
-            "--policy",
-            metavar="MODULE:NAME",
-            help="A policy learned elsewhere: a function of the observation, a network of PyTorch, a model with "
-            "predict, a table; or the .zip of a model of Stable-Baselines3, if you trust it: loading can run any code.",
-        ),
-    ] = None,
+    run: Run,
+    policy: Policy = None,
     env: Annotated[
         str | None, typer.Option("--env", "-e", metavar="ID", help="Of --policy: the environment that it acts in.")
     ] = None,

@@ -21,6 +21,17 @@ if TYPE_CHECKING:
     from ltlc.prism import Exported
     from ltlc.task import Task
 
+Picture = Annotated[
+    str | None,
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        callback=flags.path_given,
+        help="Draw the policy that is optimal for the rewards.",
+    ),
+]
+
 
 def solve(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
@@ -41,16 +52,7 @@ def solve(
     exclusive: flags.Exclusive = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            callback=flags.path_given,
-            help="Draw the policy that is optimal for the rewards.",
-        ),
-    ] = None,
+    output: Picture = None,
     prism: flags.Prism = None,
     json_: flags.Json = False,
 ) -> None:

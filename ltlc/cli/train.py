@@ -81,6 +81,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the run in the fol
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
 
 
+# A parameter for each option makes it longer than functions are elsewhere.
 def train(
     formula: Formula = None,
     env: Env = None,

@@ -59,7 +59,7 @@ def bounded_prefix(operator: Placed, operand: Formula, finite: bool) -> Formula:
     _check_size(operator, bound, operand)
     if sign == "X":
         if bound.first != bound.last:
-            raise _misfit(operator, "says no single distance", "write X[3] for three steps")
+            raise _bad_bound(operator, "says no single distance", "write X[3] for three steps")
         return _repeated(bound.first, operand, Next)
     if sign in ("F", "<>"):
         inner = _nested(bound, operand, Eventually(operand), lambda f: Or(operand, Next(f)))
@@ -129,20 +129,20 @@ def _split(operator: Placed) -> tuple[str, Bound]:
         )
         if relation == "?":
             hint = f"write {sign}[0:{excerpt(compared['steps'])}] or {sign}<={excerpt(compared['steps'])}"
-            raise _misfit(operator, "has a bound of one number, which tools read in different ways", hint)
+            raise _bad_bound(operator, "has a bound of one number, which tools read in different ways", hint)
         first = {"<=": 0, "<": 0, ">=": steps, ">": steps + 1, "=": steps, "^": steps}[relation]
         last = {"<=": steps, "<": steps - 1, ">=": None, ">": None, "=": steps, "^": steps}[relation]
     elif interval is not None:
         first = _number(interval["first"])
         last = _number(interval["last"]) if interval["last"].isdecimal() else None
     else:
-        raise _misfit(operator, "has a bound that is not read", f"write {sign}[2:5], {sign}[2:] or {sign}<=5")
+        raise _bad_bound(operator, "has a bound that is not read", f"write {sign}[2:5], {sign}[2:] or {sign}<=5")
     if last is not None and last < first:
-        raise _misfit(
+        raise _bad_bound(
             operator, "has an empty bound: no distance is in it", f"write the smaller number first: {sign}[2:5]"
         )
     if max(first, last or 0) > MAX_STEPS:
-        raise _misfit(operator, f"looks further than {MAX_STEPS} steps", "take larger steps, or leave the bound out")
+        raise _bad_bound(operator, f"looks further than {MAX_STEPS} steps", "take larger steps, or leave the bound out")
     return sign, Bound(first, last)
 
 
@@ -158,12 +158,12 @@ def _check_size(operator: Placed, bound: Bound, *operands: Formula) -> None:
     steps = max(bound.first, bound.last or 0) + 1
     size = sum(operand.size for operand in operands) + 3
     if steps * size > MAX_WRITTEN_OUT:
-        raise _misfit(
+        raise _bad_bound(
             operator,
             f"stands for a formula of more than {MAX_WRITTEN_OUT} operators and names",
             "nest fewer bounds, or make them smaller",
         )
 
 
-def _misfit(operator: Placed, what: str, hint: str) -> Unbuildable:
+def _bad_bound(operator: Placed, what: str, hint: str) -> Unbuildable:
     return Unbuildable(f"'{excerpt(operator)}' {what}", hint, operator.start)

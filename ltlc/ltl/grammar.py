@@ -42,7 +42,7 @@ def excerpt(text: str) -> str:
 _EXCERPT = 60
 
 
-class Misfit(Exception):
+class UnexpectedToken(Exception):
     """The token at `index` cannot stand where it stands; `index` is the number of tokens if the text ends too early."""
 
     def __init__(self, index: int) -> None:
@@ -129,7 +129,7 @@ class Grammar:
         """The value of a text.
 
         Raises:
-            Misfit: its tokens are no sequence that the grammar allows.
+            UnexpectedToken: its tokens are no sequence that the grammar allows.
             Unbuildable: a builder says so.
             TimeLimitExceeded: the time is over.
         """
@@ -146,7 +146,7 @@ class Grammar:
             while True:
                 action = actions[states[-1]].get(kind)
                 if action is None:
-                    raise Misfit(index)
+                    raise UnexpectedToken(index)
                 if isinstance(action, int):
                     break
                 size, build, result, _ = action

@@ -40,7 +40,7 @@ from ltlc.ltl.formula import (
     WeakUntil,
     Xor,
 )
-from ltlc.ltl.grammar import Grammar, Misfit, Placed, Unbuildable
+from ltlc.ltl.grammar import Grammar, Placed, Unbuildable, UnexpectedToken
 from ltlc.ltl.lbt import prefix_notation
 from ltlc.ltl.past import (
     Historically,
@@ -107,14 +107,14 @@ def _read(text: str, finite: bool) -> tuple[Formula, bool]:
         formula: Formula = grammar.parse(asked)
     except Unbuildable as error:
         raise error_at(error.message, text, error.start, error.hint) from None
-    except Misfit as misfit:
+    except UnexpectedToken as unexpected:
         prefixed = prefix_notation(grammar.lexed(asked), _quoted_proposition)
         if prefixed is not None:
             return prefixed, False
         unknown = next((token for token in grammar.scan(asked) if token.kind == UNKNOWN), None)
         if unknown is not None:
             raise explain_character(text, unknown.start) from None
-        raise explain_token(text, lambda: grammar.scan(asked), misfit.index) from None
+        raise explain_token(text, lambda: grammar.scan(asked), unexpected.index) from None
     return formula, True
 
 

@@ -126,11 +126,11 @@ def _by_sweeps(mdp: ExplicitMDP, gain: FloatArray) -> tuple[FloatArray, IntArray
         if not left or (best - np.minimum(own, slacked)).max() <= _NEAR:
             break
         chosen = np.where(best > own + _MARGIN, mdp.greedy(choice_value), chosen)
-    slacked, settled = chain.run(slack_gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
-    if not settled:
+    slacked, converged = chain.run(slack_gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
+    if not converged:
         slacked = solve(mdp.matrix[chosen], slack_gain[chosen])
-    value, settled = chain.run(gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
-    return slacked, chosen, value if settled else solve(mdp.matrix[chosen], gain[chosen])
+    value, converged = chain.run(gain[chosen], slacked, _MARGIN / 8, _MOST_SWEEPS)
+    return slacked, chosen, value if converged else solve(mdp.matrix[chosen], gain[chosen])
 
 
 def _roughly_best(mdp: ExplicitMDP, gain: FloatArray) -> IntArray:

@@ -41,13 +41,13 @@ class GaussSeidel:
         Shapes (n_states,).
         """
         here, right = value[self._order], gain[self._order]
-        settled = False
+        converged = False
         for _ in range(most):
             update = np.asarray(self._solve(right + self._later @ here))
-            settled = bool(np.abs(update - here).max(initial=0.0) <= tolerance)
+            converged = bool(np.abs(update - here).max(initial=0.0) <= tolerance)
             here = update
-            if settled:
+            if converged:
                 break
         result = np.empty_like(here)
         result[self._order] = here
-        return result, settled
+        return result, converged

@@ -39,8 +39,8 @@ def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, b
     states, edges = explore(start, product.restless, budget)
     if product.stable:
         component = graph.strong_components([[e.target for e in out] for out in edges])
-        settled = dict(zip(states, component, strict=True))
-        states, edges = explore(start, lambda s: product.all_moves(s, settled), budget)
+        component_of = dict(zip(states, component, strict=True))
+        states, edges = explore(start, lambda s: product.all_moves(s, component_of), budget)
     rested: dict[ProductState, int] = {}
     alike = [rested.setdefault(product.rested(state), len(rested)) for state in states]
     return EmersonLei(tuple(map(tuple, edges)), tuple(map(product.condition, states)), alike=alike)
@@ -70,13 +70,13 @@ class _Product:
         return self._moves(state, resting=self.stable)
 
     def all_moves(
-        self, state: ProductState, settled: dict[ProductState, int]
+        self, state: ProductState, component_of: dict[ProductState, int]
     ) -> Iterable[tuple[int, ProductState, int]]:
         """Moves in which the stable components rest only while the others pass from component to component."""
-        here = settled[self.rested(state)]
+        here = component_of[self.rested(state)]
         for letters, (skeleton, states), marks in self._moves(state, resting=0):
             target = self.rested((skeleton, states))
-            if settled[target] == here:
+            if component_of[target] == here:
                 yield letters, (skeleton, states), marks
             else:
                 yield letters, target, marks

@@ -54,7 +54,7 @@ class _Tableau:
 
         def successors(clause: int) -> list[tuple[int, int, int]]:
             clauses = initial if clause == start else (clause,)
-            moves = _undominated([m for c in clauses for m in self._moves(c)], self._closure)
+            moves = _undominated([m for c in clauses for m in self._moves(c)])
             return [(m.letters, m.clause, m.delayed) for m in moves]
 
         _, edges = explore(start, successors, self._budget)
@@ -82,7 +82,7 @@ class _Tableau:
         """The ways to satisfy a node."""
         known = self._unfolded.get(node)
         if known is None:
-            known = self._unfolded[node] = _undominated(self._unfold(node), self._closure)
+            known = self._unfolded[node] = _undominated(self._unfold(node))
         return known
 
     def _unfold(self, node: int) -> list[Move]:
@@ -128,7 +128,7 @@ class _Tableau:
         return [Move(letters, clause, delayed) for (clause, delayed), letters in moves.items()]
 
 
-def _undominated(moves: list[Move], closure: Closure) -> list[Move]:
+def _undominated(moves: list[Move]) -> list[Move]:
     """Without the letters on which another move demands no more and puts off no more."""
     kept: list[Move] = []
     for move in sorted(moves, key=lambda m: (m.clause.bit_count() + m.delayed.bit_count(), m.clause, m.delayed)):

@@ -14,7 +14,7 @@ from ltlc.agents.double_dqn.places import Places
 from ltlc.agents.double_dqn.replay import ReplayBuffer, ReplaySize
 from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.training.collect import Collector, Interface
-from ltlc.agents.transitions import FIELDS, TransitionBatch
+from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld
 from ltlc.errors import InvalidArgumentError
 from ltlc.task import Task
@@ -54,7 +54,8 @@ def collector(env: Any) -> Collector:
 
 
 def rows(steps: TransitionBatch) -> list[tuple[Any, ...]]:
-    columns = [np.ravel(getattr(steps, name)).tolist() for name in FIELDS]
+    of_a_step = tuple(TransitionBatch.__dataclass_fields__)[:-2]  # whatever was before and after
+    columns = [np.ravel(getattr(steps, name)).tolist() for name in of_a_step]
     return list(zip(*columns, strict=True))
 
 

@@ -15,13 +15,22 @@ from ltlc.automata.alphabet import (
     grouped_partitions,
     letter_classes,
     project,
-    proposition_table,
     shortest_guard,
     support,
     truth_column,
     truth_table,
 )
 from ltlc.automata.guards import irredundant_cover
+
+
+def proposition_table(index: int, n_aps: int) -> int:
+    """The letters that contain proposition `index`, as a truth table (bit k = value at letter k)."""
+    width = 1 << index
+    table = ((1 << width) - 1) << width
+    while width < 1 << n_aps:
+        width *= 2
+        table |= table << width
+    return table & ((1 << (1 << n_aps)) - 1)
 
 
 def proposition(index: int, n_aps: int) -> BoolArray:

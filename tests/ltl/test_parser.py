@@ -7,7 +7,8 @@ from importlib.resources import files
 from typing import Any
 
 import pytest
-from lark import Lark, Tree, UnexpectedCharacters, UnexpectedToken
+from lark import Lark, Tree, UnexpectedCharacters
+from lark import UnexpectedToken as UnexpectedByLark
 from random_ltl import random_formula
 
 from ltlc.ltl import (
@@ -32,7 +33,7 @@ from ltlc.ltl import (
     propositions,
     read_formulas,
 )
-from ltlc.ltl.grammar import Misfit
+from ltlc.ltl.grammar import UnexpectedToken
 from ltlc.ltl.parser import _builders, _grammar
 from ltlc.ltl.tables import UNKNOWN, as_json, load, work_out
 
@@ -156,8 +157,8 @@ def test_the_table_is_run_as_lark_runs_it() -> None:
             tree = lark.parse(text)
         except UnexpectedCharacters:
             assert UNKNOWN in kinds
-        except UnexpectedToken as error:
-            with pytest.raises(Misfit) as caught:
+        except UnexpectedByLark as error:
+            with pytest.raises(UnexpectedToken) as caught:
                 grammar.parse(text)
             starts = [*(token.start for token in tokens), "end"]
             assert starts[caught.value.index] == ("end" if error.token.type == "$END" else error.token.start_pos)

@@ -176,3 +176,16 @@ def thesis_tables(dra: DRA, deadlock: int | None) -> Tables:
     reward = np.select([goal, violated, bad], [-1.0, -100.0, -10.0], -1.0)
     kept = np.where(violated, np.arange(dra.n_states)[:, None], entered)
     return tables(dra, next_state=kept, reward=reward, stop=goal.astype(float), violated=violated, accepted=goal)
+
+
+def goal_or_dock(*terminal: int) -> LabelledMDP:
+    """Action 0 is likely to reach the goal, action 1 less likely the dock; else all is lost in state 3."""
+    p = np.zeros((2, 4, 4))
+    p[0, 0, [1, 3]] = 0.9, 0.1
+    p[1, 0, [2, 3]] = 0.5, 0.5
+    p[:, [1, 2, 3], [1, 2, 3]] = 1
+    ends = np.isin(np.arange(4), terminal)
+    return LabelledMDP.from_arrays(p, aps=("goal", "dock"), labels={1: "goal", 2: "dock"}, terminal=ends)
+
+
+GOAL_OR_DOCK = ("G F goal | G F dock", "F G goal | F G dock", "(G F goal & F G !dock) | F G dock")
