@@ -16,6 +16,7 @@ recurs, accepted at least once without a violation and without leaving the world
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import subprocess
 import sys
@@ -161,6 +162,11 @@ def evaluate(policy: Policy, env: LTLVectorWrapper, recurring: bool, episodes: i
     }  # fmt: skip
 
 
+def our_policy(agent: Any) -> Policy:
+    """What one of our agents does."""
+    return lambda seen, states: agent.packed_policy(agent.encoder.pack(seen), states)
+
+
 def train_ours(task: DeepTask, seed: int, steps: int, episodes: int) -> Score:
     """Train as the command line does with nothing said, and judge."""
     with tempfile.TemporaryDirectory() as folder:
@@ -173,26 +179,23 @@ def train_ours(task: DeepTask, seed: int, steps: int, episodes: int) -> Score:
         seconds = float((place / "times.csv").read_text().split()[-1].split(",")[1])
         run = RunFolder.open(place)
         agent = run.load()
-        env = task.spec.vector(run.task, EVAL_ENVS)
-        try:
-            pack = agent.encoder.pack
-            found: dict[str, Any] = evaluate(
-                lambda seen, q: agent.packed_policy(pack(seen), q), env, task.recurring, episodes, seed + 1
-            )
-        finally:
-            env.close()
-            run.close()
+        with contextlib.closing(run), contextlib.closing(task.spec.vector(run.task, EVAL_ENVS)) as env:
+            found: dict[str, Any] = evaluate(our_policy(agent), env, task.recurring, episodes, seed + 1)
     return Score(task.name, "ltlc", "default", seed, steps, seconds, **found)
 
 
-def train_peer(task: DeepTask, kind: str, setting: str, seed: int, steps: int, episodes: int) -> Score:
-    """Train an agent of Stable-Baselines3, and judge."""
+def peer_goal(task: DeepTask, setting: str) -> Task:
+    """The task as an agent of Stable-Baselines3 is rewarded for it."""
+    return Task(task.formula, "accept", shaping=SETTINGS[setting]["shaping"], on_deadlock="terminate")
+
+
+def peer_model(task: DeepTask, kind: str, setting: str, seed: int) -> Any:
+    """An agent of Stable-Baselines3 that has learned nothing yet, in the wrapped environment."""
     import gymnasium as gym
     import stable_baselines3 as sb3
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    parameters = SETTINGS[setting]
-    goal = Task(task.formula, "accept", shaping=parameters["shaping"], on_deadlock="terminate")
+    goal = peer_goal(task, setting)
 
     def make() -> gym.Env[Any, Any]:
         module, _, name = task.spec.env.rpartition(":")
@@ -202,16 +205,15 @@ def train_peer(task: DeepTask, kind: str, setting: str, seed: int, steps: int, e
         labelled = LTLWrapper(base, goal, task.spec.label_source, observation="dict", extra_labels="ignore")
         return gym.wrappers.FlattenObservation(labelled)
 
-    common: dict[str, Any] = {"gamma": parameters["gamma"], "seed": seed, "device": "cpu"}
+    common: dict[str, Any] = {"gamma": SETTINGS[setting]["gamma"], "seed": seed, "device": "cpu"}
     common["policy_kwargs"] = {"net_arch": [256, 256]}
     if kind == "ppo":
-        model: Any = sb3.PPO("MlpPolicy", DummyVecEnv([make] * PPO_ENVS), n_steps=512, batch_size=256, **common)
-    else:
-        model = sb3.DQN("MlpPolicy", DummyVecEnv([make]), learning_rate=5e-4, exploration_fraction=0.3, **common)
-    since = time.perf_counter()
-    model.learn(steps)
-    seconds = time.perf_counter() - since
-    env = task.spec.vector(goal, EVAL_ENVS)
+        return sb3.PPO("MlpPolicy", DummyVecEnv([make] * PPO_ENVS), n_steps=512, batch_size=256, **common)
+    return sb3.DQN("MlpPolicy", DummyVecEnv([make]), learning_rate=5e-4, exploration_fraction=0.3, **common)
+
+
+def peer_policy(model: Any, goal: Task) -> Policy:
+    """What an agent of Stable-Baselines3 does, flat as it has learned."""
     n_states = goal.tables.n_states
 
     def policy(seen: Any, states: Any) -> Any:
@@ -219,10 +221,17 @@ def train_peer(task: DeepTask, kind: str, setting: str, seed: int, steps: int, e
         flat = np.asarray(seen, dtype=np.float32).reshape(len(one_hot), -1)
         return model.predict(np.concatenate([one_hot, flat], axis=1), deterministic=True)[0]  # in order of their keys
 
-    try:
-        found: dict[str, Any] = evaluate(policy, env, task.recurring, episodes, seed + 1)
-    finally:
-        env.close()
+    return policy
+
+
+def train_peer(task: DeepTask, kind: str, setting: str, seed: int, steps: int, episodes: int) -> Score:
+    """Train an agent of Stable-Baselines3, and judge."""
+    goal, model = peer_goal(task, setting), peer_model(task, kind, setting, seed)
+    since = time.perf_counter()
+    model.learn(steps)
+    seconds = time.perf_counter() - since
+    with contextlib.closing(task.spec.vector(goal, EVAL_ENVS)) as env:
+        found: dict[str, Any] = evaluate(peer_policy(model, goal), env, task.recurring, episodes, seed + 1)
     return Score(task.name, kind, setting, seed, steps, seconds, **found)
 
 
