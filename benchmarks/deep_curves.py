@@ -128,9 +128,7 @@ def draw(curves: Sequence[Curve], path: Path) -> None:
         axes.set_ylabel("success", color=INK, fontsize=9)
         axes.xaxis.set_major_formatter(lambda x, _: f"{x:,.0f}".replace(",", " "))
         if k == 0:
-            axes.legend(
-                frameon=False, fontsize=8.5, labelcolor=FAINT, loc="lower right", bbox_to_anchor=(1, 1), ncols=3
-            )
+            axes.legend(frameon=False, fontsize=8.5, labelcolor=FAINT, loc="center right")
     axes.set_xlabel("environment steps", color=INK, fontsize=9)
     saved(figure, path)
 
