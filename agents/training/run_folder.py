@@ -11,6 +11,7 @@ policy.png        the policy on the map, one panel per automaton state (environm
 curve.png         return over the steps
 trajectories.png  episodes of the greedy policy (environments that can be drawn)
 dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
+report.html       a page about all of it (on request)
 """
 
 from __future__ import annotations
@@ -49,8 +50,9 @@ RESULT_FILE = "result.json"
 POLICY_PICTURE = "policy.png"
 CURVE_PICTURE = "curve.png"
 TRAJECTORIES_PICTURE = "trajectories.png"
+REPORT_FILE = "report.html"
 _RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, TRAJECTORIES_PICTURE, AUTOMATON_PICTURE,
-            METRICS_FILE, TIMES_FILE, CHECKPOINT_FILE)  # fmt: skip
+            REPORT_FILE, METRICS_FILE, TIMES_FILE, CHECKPOINT_FILE)  # fmt: skip
 """what a run writes after its beginning, in the order of removal: what is left is a run at any moment."""
 _EVENTS = "events.out.tfevents.*"
 """files of TensorBoard."""
