@@ -21,7 +21,7 @@ Nodes = TypeVar("Nodes")
 _StrongParts = Callable[[Nodes, int, int], Iterable[tuple[Nodes, int]]]
 """The non-trivial strong components of a set of nodes without the edges with some marks, with the marks inside; only
 those where all of some other marks are inside."""
-_MAX_MASK = 1024
+MAX_MASK = 1024
 """Sets of up to so many nodes are bit masks, which is twice as fast; more would take memory in their square."""
 
 
@@ -56,7 +56,7 @@ def accepting_parts(
         Programming 8, 1987, doi 10.1016/0167-6423(87)90036-0 (Streett pairs).
     """
     for within in [range(len(edges))] if components is None else components:
-        if len(within) <= _MAX_MASK:
+        if len(within) <= MAX_MASK:
             rows = _masks(edges, within)
             for mask, avoided, needed in _accepting(partial(_parts_of_mask, rows), (1 << len(rows)) - 1, acceptance):
                 yield AcceptingPart(tuple([within[i] for i in graph.bits(mask)]), avoided, needed)

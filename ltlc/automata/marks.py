@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import combinations
+from operator import or_
 
 import numpy as np
 
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, rabin_pair
 from ltlc.automata.canonical import CANONICAL, tells_columns_apart
-from ltlc.automata.emptiness import MarkedEdge, accepting_parts
+from ltlc.automata.emptiness import MAX_MASK, MarkedEdge, accepting_parts
 from ltlc.automata.rabin import DRA, BoolArray
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
@@ -212,18 +214,25 @@ class Component:
 
 def strong_parts(edges: Iterable[MarkedEdge]) -> list[tuple[list[MarkedEdge], int]]:
     """The edges inside each strong component of a set of edges, and the marks that they have together."""
-    edges = sorted(edges)
-    number: dict[int, int] = {}
-    for source, target, _ in edges:
-        number.setdefault(source, len(number))
-        number.setdefault(target, len(number))
-    arcs = [(number[source], number[target]) for source, target, _ in edges]
-    component = graph.strong_components(graph.from_edges(len(number), arcs))
+    edges = list(edges)
+    number = {node: i for i, node in enumerate(dict.fromkeys([source for source, _, _ in edges]))}
+    inner = [edge for edge in edges if edge[1] in number]  # nothing leads back from other targets
+    if len(number) <= MAX_MASK:
+        bit = {node: 1 << i for node, i in number.items()}
+        reached = dict.fromkeys(number, 0)
+        for source, target, _ in inner:
+            reached[source] |= bit[target]
+        component = [-1] * len(number)
+        for c, members in enumerate(graph.strong_sets(list(reached.values()), (1 << len(number)) - 1)):
+            for i in graph.bits(members):
+                component[i] = c
+    else:
+        arcs = [(number[source], number[target]) for source, target, _ in inner]
+        component = graph.strong_components(graph.from_edges(len(number), arcs))
+    here = {node: component[i] for node, i in number.items()}
     parts: dict[int, list[MarkedEdge]] = {}
-    seen: dict[int, int] = {}
-    for edge, (source, target) in zip(edges, arcs, strict=True):
-        here = component[source]
-        if here == component[target]:
-            parts.setdefault(here, []).append(edge)
-            seen[here] = seen.get(here, 0) | edge[2]
-    return [(part, seen[c]) for c, part in parts.items()]
+    for edge in inner:
+        c = here[edge[0]]
+        if c == here[edge[1]] and c >= 0:
+            parts.setdefault(c, []).append(edge)
+    return [(part, reduce(or_, {marks for _, _, marks in part})) for part in parts.values()]
