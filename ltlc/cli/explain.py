@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
+from ltlc.cli.explain_run import print_reasons
 from ltlc.cli.inputs import formula_text
 from ltlc.errors import InvalidArgumentError
 
@@ -17,11 +19,27 @@ if TYPE_CHECKING:
 
 
 def explain(
-    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, or - to read it.")],
+    formula: Annotated[
+        str, typer.Argument(metavar="FORMULA", help="A formula, or - to read it; or the folder of a training run.")
+    ],
     other: Annotated[str | None, typer.Argument(metavar="[OTHER]", help="A formula to compare it with.")] = None,
     finite: flags.Finite = False,
     max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=flags.path_given,
+            help="Of a run: draw the ways to fail on the map.",
+        ),
+    ] = None,
+    episodes: Annotated[
+        int, typer.Option("--episodes", "-n", min=1, metavar="N", help="Of a run that is sampled: how many.")
+    ] = 200,
+    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of the sampling.")] = 0,
     json_: flags.Json = False,
 ) -> None:
     """Say a formula in plain English, and what of it is often meant otherwise.
@@ -30,14 +48,27 @@ def explain(
     one reading. With two formulas, words are shown that satisfy one and not the
     other, each way; the exit code is 1 if there are any.
 
+    With the folder of a run, it says why what was learned satisfies its formula
+    with a probability below 1: the most probable ways to fail, which carry 90 %
+    of what is lost, and where lost runs stay; exactly where the environment is
+    known, else by the words of sampled episodes.
+
     \b
     Examples:
       ltlc explain "G(request -> F grant)"
       ltlc explain "a U b" "a W b"
+      ltlc explain runs/f-goal-g-hole-frozenlake-v1-0 -o lost.png
     """
     from ltlc.budget import time_limit
     from ltlc.ltl import parse
 
+    if os.path.isdir(formula):
+        if other is not None or finite:
+            raise InvalidArgumentError(f"{formula} is a folder: explain it alone")
+        print_reasons(formula, output, episodes, seed, json_)
+        return
+    if output is not None:
+        raise InvalidArgumentError(f"-o draws what a run loses, and {formula!r} is no folder of a run")
     if other is not None and finite:
         raise InvalidArgumentError("two formulas are compared on infinite words only: leave --finite out")
     text = formula_text(formula)
