@@ -23,6 +23,7 @@ from ltlc.cli import (
     reproduce,
     show,
     solve,
+    sweep,
     train,
 )
 from ltlc.cli.messages import complain, complain_of_system, shown_once
@@ -46,6 +47,7 @@ def application() -> typer.Typer:
         monitor.monitor,
         explain.explain,
         train.train,
+        sweep.sweep,
         evaluate.evaluate,
         report.report,
         solve.solve,

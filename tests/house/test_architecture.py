@@ -42,6 +42,7 @@ FLOORS = {
     "agents": 7,
     "bridges": 8,
     "reports": 8,
+    "sweeps": 8,
     "cli": 9,
 }
 
@@ -81,12 +82,13 @@ THIRD_PARTY = {
         "tensordict",
     },
     "reports": {"numpy", "gymnasium"},
+    "sweeps": set(),
     "cli": {"typer", "rich"},
     "__init__": set(),
     "__main__": set(),
 }
 
-WITH_TORCH = {"agents", "reports"}  # what is imported late wherever it is used, because it loads torch
+WITH_TORCH = {"agents", "reports", "sweeps"}  # what is imported late wherever it is used, because it loads torch
 HEAVY = ["torch", "gymnasium", "scipy", "matplotlib", "graphviz", "typer", "rich", "pysat"]
 
 

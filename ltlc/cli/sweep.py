@@ -1,0 +1,98 @@
+"""`ltlc sweep`: many trainings from one file."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ltlc.cli import flags
+from ltlc.cli.messages import complain
+from ltlc.cli.verdicts import number
+
+if TYPE_CHECKING:
+    from ltlc.sweeps import Progress, Row
+
+
+def sweep(
+    grid: Annotated[
+        str, typer.Argument(metavar="GRID", callback=flags.path_given, help="A .toml file that says what to run.")
+    ],
+    processes: Annotated[
+        int | None,
+        typer.Option("--processes", "-j", min=1, metavar="N", help="Runs at a time.", show_default="one per core"),
+    ] = None,
+    json_: flags.Json = False,
+) -> None:
+    """Train formulas x environments x rewards x agents x seeds, and make one table of what came out.
+
+    Each run has a folder of its own, as 'ltlc train' makes it. Started again,
+    a sweep goes on where it was cut, and comes out the same to the byte; runs
+    may be added to the file meanwhile.
+
+    \b
+    A file:
+      seeds = 5
+      steps = 10000
+      [formulas]
+      reach = "F goal & G !hole"
+      [environments]
+      lake = { env = "FrozenLake-v1", labels = "lake:labels" }
+      [rewards]
+      two-discount = {}
+      short = { reward = "two-discount", gamma = 0.99 }
+      [agents]
+      fitted-q = {}
+      q-learning = {}
+
+    \b
+    Examples:
+      ltlc sweep grid.toml
+      ltlc sweep grid.toml --processes 2 --json
+    """
+    from ltlc.sweeps import read_grid, run_grid, table_of, write_table
+
+    wanted = read_grid(grid)
+
+    def told(progress: Progress) -> None:
+        if not json_:
+            print(
+                f"[{progress.done}/{progress.total}] {progress.cell.name}{' failed' * bool(progress.error)}", flush=True
+            )
+
+    failed = run_grid(wanted, processes=processes or os.cpu_count() or 1, report=told)
+    files = write_table(wanted)
+    rows = table_of(wanted)
+    if json_:
+        values = [asdict(row) | {"mean": None if row.mean is None else asdict(row.mean)} for row in rows]
+        print(json.dumps({"rows": values, "failed": failed}, ensure_ascii=False, indent=2))
+    else:
+        _print(rows)
+        print(f"Files: {', '.join(map(str, files))}")
+    for name, said in failed.items():
+        complain(f"{name}: {said.removeprefix('ltlc: ')}")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _print(rows: list[Row]) -> None:
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("formula", "environment", "reward", "agent"):
+        table.add_column(heading)
+    for heading in ("seeds", "P(satisfied) [95 %]", "possible"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        alone = row.values[0] if row.values else None
+        middle = number(row.mean if row.mean is not None else alone) or "nothing learned"
+        if row.values and not row.exact:
+            middle += " (sampled)"
+        seeds = str(row.seeds) if len(row.values) == row.seeds else f"{len(row.values)} of {row.seeds}"
+        table.add_row(row.formula, row.environment, row.reward, row.agent, seeds, middle, number(row.maximum))
+    Console(highlight=False).print(table)
