@@ -1,7 +1,7 @@
 """Operators with bounds, in the spellings of Spot and PRISM, written out with X.
 
 A bound says at which distances from here an operator looks: `F[2:5] a` is a in two to five steps, `a U<=3 b` is a U b
-where b holds in three steps at most.
+where b holds in three steps at most. Operators of the past look back: `O[2:5] a` is a two to five steps ago.
 
 References:
     Alexandre Duret-Lutz, Manipulating LTL formulas using Spot 1.0, ATVA 2013, doi:10.1007/978-3-319-02444-8_31.
@@ -11,7 +11,8 @@ References:
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from ltlc.budget import check_time
@@ -27,6 +28,7 @@ from ltlc.ltl.formula import (
     Until,
 )
 from ltlc.ltl.grammar import Placed, Unbuildable, excerpt
+from ltlc.ltl.past import Historically, Once, Since, Triggered, WeakYesterday, Yesterday
 
 MAX_STEPS = 10_000
 """The largest number in a bound."""
@@ -43,9 +45,10 @@ class Bound(NamedTuple):
 
 
 def bounded_prefix(operator: Placed, operand: Formula, finite: bool) -> Formula:
-    """The formula of a prefix operator with a bound, such as `F[2:5]`, `G<=3` or `X[4]`.
+    """The formula of a prefix operator with a bound, such as `F[2:5]`, `G<=3`, `X[4]` or `O[2:5]`.
 
-    On finite traces F looks for a distance in the bound that the trace has, and G speaks about those that it has.
+    On finite traces F looks for a distance in the bound that the trace has, and G speaks about those that it has. So do
+    O and H, whose distances end where the word begins.
 
     Args:
         operator: the operator with its bound.
@@ -57,15 +60,21 @@ def bounded_prefix(operator: Placed, operand: Formula, finite: bool) -> Formula:
     """
     sign, bound = _split(operator)
     _check_size(operator, bound, operand)
-    if sign == "X":
+    if sign in _NEXT:
         if bound.first != bound.last:
-            raise _bad_bound(operator, "says no single distance", "write X[3] for three steps")
-        return _repeated(bound.first, operand, Next)
+            raise _bad_bound(operator, "says no single distance", f"write {sign}[3] for three steps")
+        return _repeated(bound.first, operand, _NEXT[sign])
+    if sign == "O":
+        inner = _nested(bound, operand, Once, lambda f: Or(operand, Yesterday(f)))
+        return _repeated(bound.first, inner, Yesterday)
+    if sign == "H":
+        inner = _nested(bound, operand, Historically, lambda f: And(operand, WeakYesterday(f)))
+        return _repeated(bound.first, inner, WeakYesterday)
     if sign in ("F", "<>"):
-        inner = _nested(bound, operand, Eventually(operand), lambda f: Or(operand, Next(f)))
+        inner = _nested(bound, operand, Eventually, lambda f: Or(operand, Next(f)))
         return _repeated(bound.first, inner, Next)
     weak: type[Formula] = WeakNext if finite else Next
-    inner = _nested(bound, operand, Always(operand), lambda f: And(operand, weak(f)))
+    inner = _nested(bound, operand, Always, lambda f: And(operand, weak(f)))
     return _repeated(bound.first, inner, weak)
 
 
@@ -73,7 +82,7 @@ def bounded_infix(left: Formula, operator: Placed, right: Formula, finite: bool)
     """The formula of a binary operator with a bound, such as `a U[2:5] b` or `a W<=3 b`.
 
     `a U[m:n] b`: b holds at some distance in the bound, and a at all smaller distances. `R` is its dual, and as without
-    a bound `a W b` is `b R (a | b)` and `a M b` is `b U (a & b)`.
+    a bound `a W b` is `b R (a | b)` and `a M b` is `b U (a & b)`. `a S[m:n] b` is U into the past, and `T` its dual.
 
     Args:
         left: the left operand.
@@ -91,16 +100,24 @@ def bounded_infix(left: Formula, operator: Placed, right: Formula, finite: bool)
     elif sign == "M":
         left, right, sign = right, And(left, right), "U"
     if sign == "U":
-        inner = _nested(bound, right, Until(left, right), lambda f: Or(right, And(left, Next(f))))
+        inner = _nested(bound, right, lambda f: Until(left, f), lambda f: Or(right, And(left, Next(f))))
         return _repeated(bound.first, inner, lambda f: And(left, Next(f)))
+    if sign == "S":
+        inner = _nested(bound, right, lambda f: Since(left, f), lambda f: Or(right, And(left, Yesterday(f))))
+        return _repeated(bound.first, inner, lambda f: And(left, Yesterday(f)))
+    if sign == "T":
+        inner = _nested(bound, right, lambda f: Triggered(left, f), lambda f: And(right, Or(left, WeakYesterday(f))))
+        return _repeated(bound.first, inner, lambda f: Or(left, WeakYesterday(f)))
     weak: type[Formula] = WeakNext if finite else Next
-    inner = _nested(bound, right, Release(left, right), lambda f: And(right, Or(left, weak(f))))
+    inner = _nested(bound, right, lambda f: Release(left, f), lambda f: And(right, Or(left, weak(f))))
     return _repeated(bound.first, inner, lambda f: Or(left, weak(f)))
 
 
-def _nested(bound: Bound, last: Formula, unbounded: Formula, again: Callable[[Formula], Formula]) -> Formula:
+def _nested(
+    bound: Bound, last: Formula, unbounded: Callable[[Formula], Formula], again: Callable[[Formula], Formula]
+) -> Formula:
     """What an operator says from the first distance of its bound on."""
-    return unbounded if bound.last is None else _repeated(bound.last - bound.first, last, again)
+    return unbounded(last) if bound.last is None else _repeated(bound.last - bound.first, last, again)
 
 
 def _repeated(steps: int, formula: Formula, step: Callable[[Formula], Formula]) -> Formula:
@@ -111,20 +128,33 @@ def _repeated(steps: int, formula: Formula, step: Callable[[Formula], Formula]) 
     return formula
 
 
-_OPERATOR = re.compile(r"(?P<sign>[XFGURWM]|<>|\[\])\s*(?P<bound>.*)", re.DOTALL)
+_OPERATOR = re.compile(r"(?P<sign>[a-zA-Z_]+|<>|\[\])\s*(?P<bound>.*)", re.DOTALL)
+_NEXT: Mapping[str, Callable[[Formula], Formula]] = MappingProxyType({"X": Next, "Y": Yesterday, "Z": WeakYesterday})
 _COMPARED = re.compile(r"\[?\s*(?P<relation><=|>=|[<>=^]|)\s*(?P<steps>\d+)\s*\]?")
 _INTERVAL = re.compile(r"\[\s*(?P<first>\d*)\s*(?:,|:|\.\.)\s*(?P<last>\d*|\$|inf|oo|∞)\s*\]")
+
+
+_WORDS: Mapping[str, str] = MappingProxyType(
+    {
+        "yesterday": "Y",
+        "weak_yesterday": "Z",
+        "once": "O",
+        "historically": "H",
+        "since": "S",
+        "triggered": "T",
+    }
+)
 
 
 def _split(operator: Placed) -> tuple[str, Bound]:
     match = _OPERATOR.fullmatch(operator)
     assert match is not None
-    sign, text = match["sign"], match["bound"]
+    sign, text = _WORDS.get(match["sign"], match["sign"]), match["bound"]
     compared, interval = _COMPARED.fullmatch(text), _INTERVAL.fullmatch(text)
     last: int | None
     if compared is not None:
         relation, steps = (
-            compared["relation"] or ("=" if sign == "X" else "?"),
+            compared["relation"] or ("=" if sign in _NEXT else "?"),
             int(compared["steps"].lstrip("0")[:_DIGITS] or 0),
         )
         if relation == "?":

@@ -179,7 +179,9 @@ def _no_operand(text: str, before: Token | None, here: Token | None) -> LtlSynta
         hint = _reserved(before) or f"write {before} between two formulas: a {before} b"
         return error_at(message, text, before.start, hint)
     if before is not None and here is None:
-        return error_at("this bracket is never closed: expected an operand", text, before.start, "write (a & b)")
+        operators = re.search(r"[!~XFGYZOH]*$", text[: before.start].rstrip())
+        hint = f"write a formula behind it and close it: {operators[0] if operators else ''}(a)"
+        return error_at("this bracket is never closed: expected an operand", text, before.start, hint)
     if before is not None:
         return error_at("empty brackets: expected an operand", text, before.start, "write a formula between them")
     return error_at("this bracket closes nothing: expected an operand", text, 0, "a formula starts with an operand")

@@ -130,7 +130,7 @@ def _property(match: re.Match[str]) -> Foreign:
 
 def _bound(match: re.Match[str]) -> Foreign:
     operator = match["operator"]
-    forms = "X[3]" if operator == "X" else f"{operator}[2:5], {operator}[2:] or {operator}<=5"
+    forms = f"{operator}[3]" if operator in "XYZ" else f"{operator}[2:5], {operator}[2:] or {operator}<=5"
     return Foreign(f"'{match[0]}' has a bound that is not read", f"write {forms}", match.start("operator"))
 
 
@@ -161,14 +161,8 @@ _PATTERNS: Sequence[tuple[str, Callable[[re.Match[str]], Foreign]]] = (
         lambda match: _path_quantifier(match[0][0], match.start()),
     ),
     (
-        rf"(?<![\w.])[XFG]*[OHYZST]{_BOUND}",
-        _explained(
-            "{} is an operator of the past with a bound, which is not read", "write the steps out: a | Y a | Y Y a"
-        ),
-    ),
-    (
         (
-            r"(?:(?<![\w.])[XFG]*(?=[XFGURWM])|(?=<>|\[\]))(?P<operator>[XFGURWM]|<>|\[\])"
+            r"(?:(?<![\w.])[XFG]*(?=[XFGURWMOHYZST])|(?=<>|\[\]))(?P<operator>[XFGURWMOHYZST]|<>|\[\])"
             rf"(?P<bound>{_BOUND}|\s*\^\s*\d+)"
         ),
         _bound,

@@ -174,7 +174,7 @@ def _prefixed(sign: Placed, operand: Formula, finite: bool) -> Formula:
     if sign in PAST_PREFIX:
         return _past(sign, _PAST_NODES[PAST_PREFIX[sign]], operand)
     if sign not in WEAK_NEXT and "!" not in sign:
-        return bounded_prefix(sign, operand, finite)
+        return _past(sign, lambda operand: bounded_prefix(sign, operand, finite), operand)
     if finite:
         return WeakNext(operand) if sign in WEAK_NEXT else Next(operand)
     raise Unbuildable(
@@ -189,7 +189,7 @@ def _infixed(left: Formula, sign: Placed, right: Formula, finite: bool) -> Formu
     """The formula of a binary operator that is a word, or has a bound."""
     if sign in PAST_INFIX:
         return _past(sign, _PAST_NODES[PAST_INFIX[sign]], left, right)
-    return bounded_infix(left, sign, right, finite)
+    return _past(sign, lambda left, right: bounded_infix(left, sign, right, finite), left, right)
 
 
 def _past(sign: Placed, node: Callable[..., Formula], *operands: Formula) -> Formula:

@@ -64,7 +64,7 @@ FORMULAS = [
     ("Z F[1:2] a", 1, 1, "Z speaks about the past, so it cannot stand over X(a | X a), which speaks about the future", PAST),
     ("a S", 1, 3, "'S' stands right after 'a': expected an operator or the end", PUT),
     ("Y ()", 1, 3, "'()' (next) has no operand: expected a formula after it", "write what () is about: () a"),
-    ("O[0,5] a", 1, 1, "'O[0,5]' is an operator of the past with a bound, which is not read", "write the steps out: a | Y a | Y Y a"),
+    ("O{2} a", 1, 1, "'O{2}' has a bound that is not read", "write O[2:5], O[2:] or O<=5"),
     ("A T", 1, 3, "'T' stands right after 'A': expected an operator or the end", PUT),
     ("N a", 1, 1, "'N' is the weak next of finite traces", FINITE),
     ("a -> WX(b)", 1, 6, "'WX' is the weak next of finite traces", FINITE),

@@ -57,6 +57,43 @@ def test_meaning(operator: str, bound: str, first: int, last: int | None) -> Non
         assert satisfies(formula, word) == by_definition(operator, first, last, a, b), (str(formula), str(word))
 
 
+def back_by_definition(
+    operator: str, first: int, last: int | None, a: Sequence[bool], b: Sequence[bool], now: int
+) -> bool:
+    """`by_definition` for the letters up to now, from the last to the first; distances end where the word begins."""
+    a, b = ([*letters[now::-1]] for letters in (a, b))
+    distances = range(first, min(len(a), len(a) if last is None else last + 1))
+    return {
+        "O": lambda: any(a[i] for i in distances),
+        "H": lambda: all(a[i] for i in distances),
+        "S": lambda: any(b[i] and all(a[:i]) for i in distances),
+        "T": lambda: all(b[i] or any(a[:i]) for i in distances),
+    }[operator]()
+
+
+@pytest.mark.parametrize(("bound", "first", "last"), BOUNDS)
+@pytest.mark.parametrize("operator", "OHST")
+def test_meaning_of_bounds_on_the_past(operator: str, bound: str, first: int, last: int | None) -> None:
+    name = {"O": "once", "H": "historically", "S": "since", "T": "triggered"}[operator]
+    rng = random.Random(f"{operator}{bound}")
+    for _ in range(60):
+        sign = rng.choice((operator, name))
+        now, word = rng.randrange(6), random_word(rng, ("a", "b"))
+        formula = parse(f"X[{now}] ({f'{sign}{bound} a' if operator in 'OH' else f'a {sign}{bound} b'})")
+        unrolled = word.prefix + 12 * word.cycle
+        a, b = ([name in letter for letter in unrolled] for name in "ab")
+        assert satisfies(formula, word) == back_by_definition(operator, first, last, a, b, now), (str(formula), word)
+
+
+def test_steps_back() -> None:
+    assert parse("G(Y[2] a | Z^2 a)") is parse("G(Y Y a | Z Z a)")
+    assert parse("yesterday[1] a & weak_yesterday=1 b") is parse("Y a & Z b")
+    with pytest.raises(LtlSyntaxError, match="cannot stand over F a, which speaks about the future"):
+        parse("O[1:2] F a")
+    with pytest.raises(LtlSyntaxError, match="'O\\[3\\]' has a bound of one number"):
+        parse("O[3] a")
+
+
 def compare(seed: int, n: int) -> int:
     """The number of comparisons of nested bounds with their definition, on infinite words and on traces."""
     rng = random.Random(seed)
