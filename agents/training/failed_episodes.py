@@ -113,7 +113,7 @@ def _sorted(words: list[list[Letter]], env: LTLVectorWrapper) -> FailedEpisodes:
         if holds[state, column]:
             continue
         last = " & ".join(sorted(word[-1])) or "nothing holds"
-        kind = f"violated, in the end {last}" if state in lost else f"waiting for {waits[state]} in the end"
+        kind = f"violated, in the end {last}" if state in lost else f"in the end {waits[state]}"
         counts[kind] += 1
         short = tuple(letter for k, letter in enumerate(word) if not k or letter != word[k - 1])
         if kind not in examples or len(short) < len(examples[kind]):

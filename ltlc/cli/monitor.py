@@ -11,8 +11,9 @@ from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import standard_input
+from ltlc.cli.letter_lines import LetterLines
 from ltlc.cli.messages import complain
-from ltlc.errors import FileFormatError, LtlSyntaxError
+from ltlc.errors import FileFormatError
 
 
 def monitor(
@@ -22,13 +23,17 @@ def monitor(
     letters: flags.Letters = None,
     max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
+    csv_: Annotated[
+        bool, typer.Option("--csv", help="Read a table: names of columns in the first line, then a letter a row.")
+    ] = False,
     json_: flags.Json = False,
 ) -> None:
     """Read letters from standard input, one a line, and print what they say of a formula.
 
     A letter is the names of what holds, with blanks, commas or & between them
     (1 for none), a JSON list of such names, or a JSON object of names with true
-    and false. Blank lines are passed over. After each letter a verdict is
+    and false. A comparison in the formula is about numbers in such an object, or,
+    with --csv, in columns. Blank lines are passed over. After each letter a verdict is
     printed: satisfied or violated, which is final and ends the command, or
     presumably so, which is what it would be if the word ended there.
 
@@ -39,6 +44,7 @@ def monitor(
     Examples:
       printf "a\\nb\\n" | ltlc monitor "G(a -> X b)"
       tail -f log.jsonl | ltlc monitor "G !error" --json
+      ltlc monitor 'G("speed > 5" -> F "speed < 1")' --csv < log.csv
     """
     from ltlc.ltl import Proposition
     from ltlc.monitor import Monitor, Verdict
@@ -47,11 +53,9 @@ def monitor(
     watching = Monitor(formula, finite=finite, max_states=max_states, timeout=timeout, **possible)
     strange: set[str] = set()
     n_letters = 0
-    for number, line in enumerate(standard_input(), start=1):
-        if not line.strip():
-            continue
-        letter = _letter(line, number)
-        for name in sorted(letter - set(watching.aps) - strange):
+    reader = LetterLines(watching.aps)
+    for letter in reader.of_table(standard_input()) if csv_ else reader.of_lines(standard_input()):
+        for name in () if csv_ else sorted(letter - set(watching.aps) - strange):
             strange.add(name)
             complain(f"warning: nothing in {formula} depends on {Proposition(name)}")
         verdict = watching.step(letter & set(watching.aps))
@@ -65,32 +69,3 @@ def monitor(
     unfulfilled = watching.verdict is Verdict.PRESUMABLY_VIOLATED and finite
     if watching.verdict is Verdict.VIOLATED or unfulfilled:
         raise typer.Exit(1)
-
-
-def _letter(line: str, number: int) -> frozenset[str]:
-    """The letter of a line.
-
-    Raises:
-        FileFormatError: it is none; names the line.
-    """
-    from ltlc.ltl import parse_letter
-
-    text = line.strip()
-    if text[0] not in "[{":
-        try:
-            return parse_letter(text)
-        except LtlSyntaxError as error:
-            raise FileFormatError(
-                f"letter on line {number}: {error.message} (column {error.column}); {error.hint}"
-            ) from None
-    try:
-        value = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(f"letter on line {number}: not JSON: {error}") from None
-    if isinstance(value, list) and all(isinstance(name, str) and name for name in value):
-        return frozenset(value)
-    if isinstance(value, dict) and all(name and isinstance(holds, bool) for name, holds in value.items()):
-        return frozenset(name for name, holds in value.items() if holds)
-    raise FileFormatError(
-        f'letter on line {number}: expected a list of names, ["a"], or an object of true and false, {{"a": true}}'
-    )

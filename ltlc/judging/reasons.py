@@ -130,7 +130,7 @@ class Reasons:
         if trap.violated:
             return f"violated, on entering {where}"
         behind = sorted({self._behind(state) for state in trap.states})
-        waits = "; ".join(f"q{q} waits for {self._waits[q]}" if q >= 0 else "violated" for q in behind[:_SHOWN])
+        waits = "; ".join(f"q{q} {self._waits[q]}" if q >= 0 else "violated" for q in behind[:_SHOWN])
         return f"for ever in {where}: {waits}"
 
     @cached_property

@@ -74,3 +74,26 @@ def test_wrong_letters(
     error = capsys.readouterr().err
     assert error.startswith("ltlc: letter on line 2: ") or "warning" in error
     assert message in error
+
+
+def test_a_table_of_numbers(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    formula = 'G("speed > 5" -> F "speed < 1") & G "car.v < 5" & G ok'
+    table = "t,speed,ok,car.v,note\n0,3,1,2,a\n1,6,true,2,\n\n2,0.5,TRUE,2,x\n3,0,0,2,x\n"
+    assert monitored(monkeypatch, table, formula, "--csv") == 1
+    said = ["presumably satisfied", "presumably violated", "presumably satisfied", "violated"]
+    assert capsys.readouterr().out.splitlines() == said
+    for between in "\t;":
+        assert monitored(monkeypatch, table.replace(",", between), formula, "--csv") == 1
+        assert capsys.readouterr().out.splitlines() == said
+
+
+def test_numbers_in_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = [
+        '{"speed": 3, "car": {"v": [1, 4]}, "name": "x", "ok": true}',
+        '{"speed": -7, "car": {"v": 9}, "ok": true}',
+    ]
+    formula = 'G "abs(speed) < 5" & G ok'
+    assert monitored(monkeypatch, "\n".join(lines), formula) == 1
+    assert capsys.readouterr().out.splitlines() == ["presumably satisfied", "violated"]
+    assert monitored(monkeypatch, lines[1], 'F "car.v > 5"') == 0
+    assert capsys.readouterr().out.splitlines() == ["satisfied"]

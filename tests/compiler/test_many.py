@@ -89,3 +89,14 @@ def test_effort(formula: str) -> None:
     assert default.n_states <= fast.n_states
     with pytest.raises(InvalidArgumentError, match="effort is 'most'"):
         ltlc.compile(formula, effort="most")  # type: ignore[arg-type]
+
+
+def test_finite_traces() -> None:
+    texts = ["F(a & last)", "F(b & last)", "G(a -> WX b)", "F a & X last"]
+    many = ltlc.compile_many(texts, finite=True)
+    single = [ltlc.compile(text, finite=True) for text in texts]
+    for one, other in zip(many, single, strict=True):
+        assert (one.to_json(), one.formula) == (other.to_json(), other.formula)
+    assert [dfa.aps for dfa in many[:2]] == [("a",), ("b",)]
+    with pytest.raises(LtlSyntaxError):
+        ltlc.compile_many(["F(a & last"], finite=True)
