@@ -98,6 +98,7 @@ def test_every_module_and_grammar_is_in_the_wheel(dist: Path) -> None:
     assert {PurePosixPath(name).parts[0].partition("-")[0] for name in names} == {"ltlc"}
     assert {name for name in names if name.startswith("ltlc/")} == expected
     assert {"ltlc/agents/__init__.py", "ltlc/grammars/ltl.lark", "ltlc/grammars/ltl.json", "ltlc/py.typed"} <= names
+    assert {"ltlc/reports/report.html", "ltlc/formats/dra.schema.json"} <= names
 
 
 @pytest.mark.build
@@ -124,6 +125,14 @@ def test_versions_agree() -> None:
     exec((ROOT / "ltlc" / "version.py").read_text(encoding="utf-8"), version)
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert f"## [{version['__version__']}]" in changelog or "## [Unreleased]" in changelog
+    assert f"\nversion: {version['__version__']}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_workflows_try_every_python_that_is_promised() -> None:
+    promised = re.findall(r"Python :: (3\.\d+)", " ".join(PROJECT["project"]["classifiers"]))
+    tests = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    tried = re.search(r"python: (\[.*\])", tests)
+    assert tried is not None and sorted(promised) == sorted(re.findall(r"3\.\d+", tried[1]))
 
 
 @pytest.mark.build
