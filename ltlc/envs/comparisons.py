@@ -91,7 +91,7 @@ class Comparison:
 
     def _read(self) -> None:
         reader = _Reader(self.text, self.variables)
-        self._holds = reader.comparison()
+        self._holds, self._margin = reader.comparison()
         self.names = tuple(reader.names)
 
     def __call__(self, observation: Any) -> Any:
@@ -104,6 +104,13 @@ class Comparison:
         with np.errstate(all="ignore"):
             holds = self._holds(values.__getitem__)
         return bool(holds) if np.ndim(holds) == 0 else holds
+
+    def margin(self, observation: Any) -> Any:
+        """How far it is from changing: 0 or more where it holds, 0 or less where not; as `__call__` for batches."""
+        values = {name: _value(name, self.variables[name], observation) for name in self.names}
+        with np.errstate(all="ignore"):
+            margin = self._margin(values.__getitem__)
+        return float(margin) if np.ndim(margin) == 0 else margin
 
     def __getstate__(self) -> dict[str, Any]:
         return {"text": self.text, "variables": self.variables}
@@ -228,6 +235,12 @@ class Variables:
 _ASSIGNED = re.compile(r"\s*(?P<name>[^\W\d]\w*)\s*=\s*(?P<place>[\w.-]*)\s*")
 
 
+def _margin(relation: str, left: Any, right: Any) -> Any:
+    if relation in ("==", "!="):
+        return np.abs(left - right) * (1 if relation == "!=" else -1)
+    return left - right if relation[0] == ">" else right - left
+
+
 class _Reader:
     """Recursive descent."""
 
@@ -253,10 +266,11 @@ class _Reader:
         self.token = match[self.kind]
         self.start, self.position = match.start(self.kind), match.end()
 
-    def comparison(self) -> _Term:
+    def comparison(self) -> tuple[_Term, _Term]:
+        """Whether it holds, and by how much."""
         terms, relations = [self.sum()], []
         while self.token in _RELATIONS:
-            relations.append(_RELATIONS[self.token])
+            relations.append(self.token)
             self.advance()
             terms.append(self.sum())
         if self.kind != "end":
@@ -268,10 +282,14 @@ class _Reader:
             values = [term(value) for term in terms]
             result: Any = True
             for relation, left, right in zip(relations, values, values[1:], strict=False):
-                result = np.logical_and(result, relation(left, right))
+                result = np.logical_and(result, _RELATIONS[relation](left, right))
             return result
 
-        return holds
+        def margin(value: Callable[[str], Any]) -> Any:
+            values = [term(value) for term in terms]
+            return np.minimum.reduce(list(map(_margin, relations, values, values[1:])))
+
+        return holds, margin
 
     def sum(self) -> _Term:
         return self.chain("+-", self.product)
