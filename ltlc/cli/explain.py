@@ -74,7 +74,7 @@ def explain(
     text = formula_text(formula)
     with time_limit(text, timeout):
         parsed = [parse(each, finite=finite) for each in (text, other) if each is not None]
-        answers = [_said(each) for each in parsed]
+        answers = [_said(each, finite) for each in parsed]
         apart = _apart(parsed[0], parsed[1], max_states) if len(parsed) > 1 else {}
     if json_:
         print(json.dumps({"formulas": answers, **({"apart": apart} if apart else {})}, ensure_ascii=False, indent=2))
@@ -89,10 +89,11 @@ def explain(
         raise typer.Exit(1)
 
 
-def _said(formula: Formula) -> dict[str, Any]:
-    from ltlc.ltl import misreadings, to_english
+def _said(formula: Formula, finite: bool) -> dict[str, Any]:
+    from ltlc.ltl import misreadings, to_english, to_text
 
-    return {"formula": str(formula), "english": to_english(formula), "misreadings": misreadings(formula)}
+    text = str(formula) if finite else to_text(formula, "bounded")
+    return {"formula": text, "english": to_english(formula), "misreadings": misreadings(formula)}
 
 
 def _apart(first: Formula, second: Formula, max_states: int) -> dict[str, str | None]:

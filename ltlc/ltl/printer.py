@@ -1,4 +1,4 @@
-"""Formula to text, in six syntaxes."""
+"""Formula to text, in seven syntaxes."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.ltl.bounded_text import to_bounded
 from ltlc.ltl.formula import Always, And, Formula, Iff, Implies, Not, Or, Release, StrongRelease, Until, WeakUntil, Xor
 from ltlc.ltl.lbt import to_prefix
 from ltlc.ltl.shape import NO_PAST
@@ -24,7 +25,7 @@ def to_text(formula: Formula, syntax: Syntax = "plain") -> str:
         formula: any formula.
         syntax: `plain` is what `parse` reads and `str` gives; `unicode` and `latex` (math mode) are for people; `spot`
             is read by Spot; `prism` by PRISM and Storm, which share only ! & | X U F G, so the rest is rewritten; `lbt`
-            by LBT, ltl2dstar and Spot.
+            by LBT, ltl2dstar and Spot; `bounded` is plain with bounds where they make it shorter.
 
     Raises:
         InvalidArgumentError: a proposition that PRISM cannot have as a label, or an operator of the past for another
@@ -33,8 +34,10 @@ def to_text(formula: Formula, syntax: Syntax = "plain") -> str:
     """
     if syntax == "lbt":
         return to_prefix(formula)
+    if syntax == "bounded":
+        return to_bounded(formula)
     if syntax not in STYLES:
-        raise UnknownNameError("syntax", syntax, (*STYLES, "lbt"))
+        raise UnknownNameError("syntax", syntax, (*STYLES, "lbt", "bounded"))
     style = STYLES[syntax]
     if not formula.flags & NO_PAST:
         if syntax in ("spot", "prism"):

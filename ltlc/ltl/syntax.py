@@ -30,7 +30,7 @@ class Node(Protocol):
         ...
 
 
-Syntax = Literal["plain", "unicode", "latex", "spot", "prism", "lbt"]
+Syntax = Literal["plain", "unicode", "latex", "spot", "prism", "lbt", "bounded"]
 
 
 @dataclass(frozen=True)
