@@ -16,9 +16,9 @@ from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
 from ltlc.translate.round_robin import by_turns
 
-FormulaKind = Literal["fair", "low", "high"]
+FormulaKind = Literal["fair", "low", "high", "large"]
 """Obligations with fairness conditions, and single G F f or F G f; other Boolean combinations of recurrence and
-persistence; all others."""
+persistence; all others. Large are, besides, those whose first automaton has many states, but for the first kind."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ _ALL = (
         " which fixpoints hold infinitely often or almost always, then as product.",
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743",
         _normal_form,
-        {"high": 0},
+        {"high": 0, "large": 0},
     ),
     Construction(
         "safra",

@@ -39,7 +39,17 @@ from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.letters import Letters
 from ltlc.translate.options import Options
-from ltlc.translate.problem import PATIENCE, SLACK, Problem, built, check_known, problem_of, too_deep, worth_trying
+from ltlc.translate.problem import (
+    PATIENCE,
+    SLACK,
+    Problem,
+    built,
+    check_known,
+    problem_of,
+    too_deep,
+    worth_trying,
+    worth_trying_if_large,
+)
 
 _DEFAULTS = Options()
 _ROUNDS = (500, 10_000)
@@ -50,6 +60,8 @@ _HOPELESS = 1.25
 """A candidate with this many times the states of the best one,"""
 _CLOSE = 4
 """and these, is not tried to be merged into fewer: that never helped."""
+_LARGE = 100
+"""With more states than this, the automaton of the first construction waits for those of the undivided formula."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -69,6 +81,8 @@ class Candidate(NamedTuple):
     """no automaton for the language has fewer states."""
     emerson_lei: EmersonLei
     """what its pairs were formed from."""
+    letters: Letters
+    """those of `emerson_lei`."""
 
     @property
     def smallest(self) -> bool:
@@ -138,49 +152,71 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
             if automaton.n_states < best.emerson_lei.n_states:
                 parity = canonical(to_parity(automaton, max_states=budget.max_states).automaton)
             else:
-                parity = _paired(best.emerson_lei, problem.letters, budget, "cycles")
+                parity = _paired(best.emerson_lei, best.letters, budget, "cycles")
             others.append(parity.annotated(SIMPLE_MARKS))
     effort = 0 if problem.options.effort == "fast" else EFFORT
     return to_state_based(automaton, effort=effort, budget=budget, others=others, least=best.least, words=problem.words)
 
 
 def _best(problem: Problem, budget: Budget) -> Candidate:
-    """The smallest result; constructions that explode are stopped early as long as others may succeed."""
+    """The smallest result; constructions that explode are stopped early as long as others may succeed.
+
+    If the first one gives many states, or more than it may have, further constructions for the undivided formula come
+    next, before its states are merged: those are cheap to build, and that is not.
+    """
     closure = problem.closure(budget)
     pristine: Closure | None = closure
-    names = worth_trying(closure, problem.options)
+    names, further = worth_trying(closure, problem.options), worth_trying_if_large(closure, problem.options)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
         for limit in (*rounds, budget.max_states):
             best: Candidate | None = None
-            for name in names:
-                cap, closure = limit * _FIRST if name == names[0] else limit, pristine or problem.closure(budget)
+            postponed: list[Candidate] = []
+            waiting = [(name, problem) for name in names]
+            while waiting:
+                name, task = waiting.pop(0)
+                is_promising = name == names[0]
+                cap, closure = limit * _FIRST if is_promising else limit, pristine or task.closure(budget)
                 pristine = None
                 if best is not None and problem.options.effort != "best":
                     cap = min(limit, PATIENCE * best.automaton.n_states + SLACK)
                 try:
-                    found = _build(CONSTRUCTIONS[name], problem, budget.within(cap), closure)
+                    found = _build(CONSTRUCTIONS[name], task, budget.within(cap), closure)
                     is_first, best = best is None, _smaller(best or found, found)
                     if is_first:
                         spare.enter_context(_spare_time(problem))
                     check_time()
-                    hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states + _CLOSE
-                    if problem.options.effort != "fast" and not hopeless:
-                        found = found._replace(least=best.least)
-                        best = _smaller(best, _improved(found, problem, prove=is_first))
+                    if is_promising and further and found.automaton.n_states > _LARGE:
+                        postponed.append(found)
+                        waiting[:0] = [(name, problem.undivided(budget)) for name in further]
+                        continue
+                    best = _tried(found, best, problem, prove=is_first or bool(postponed))
                 except TimeLimitExceeded:
                     if best is None:
                         raise
                     break
                 except StateLimitExceeded:
-                    if limit == budget.max_states and best is None and name == names[-1]:
+                    if is_promising:
+                        waiting[:0] = [(name, problem.undivided(budget)) for name in further]
+                    if limit == budget.max_states and best is None and not waiting:
                         raise
                     continue
                 if best.smallest:
                     break
             if best is not None:
+                with suppress(TimeLimitExceeded):
+                    for found in () if best.smallest else postponed:
+                        best = _tried(found, best, problem, prove=found.automaton is best.automaton)
                 return best
     raise AssertionError("the last round returns or raises")
+
+
+def _tried(found: Candidate, best: Candidate, problem: Problem, *, prove: bool) -> Candidate:
+    """The smaller one of the best candidate and what another one can be made into, unless that is hopeless."""
+    hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states + _CLOSE
+    if problem.options.effort == "fast" or hopeless:
+        return best
+    return _smaller(best, _improved(found._replace(least=best.least), problem, prove=prove))
 
 
 def _spare_time(problem: Problem) -> TimeLimit:
@@ -200,14 +236,14 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     emerson_lei = built(construction, problem, budget, closure)
     automaton = _paired(emerson_lei, problem.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
-        return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei)
+        return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei, problem.letters)
     with _spare_time(problem):
         automaton = normalized(automaton)
     try:
         least = automaton.n_languages if can_decide_languages(automaton) else 1
     except TimeLimitExceeded:
         least = 1
-    return Candidate(automaton, construction.name, False, least, emerson_lei)
+    return Candidate(automaton, construction.name, False, least, emerson_lei, problem.letters)
 
 
 def _paired(emerson_lei: EmersonLei, letters: Letters, budget: Budget, way: Way = "smaller") -> DRA:

@@ -11,7 +11,7 @@ from ltlc.ltl import Formula, propositions, simplify
 from ltlc.ltl.shape import NO_PAST
 from ltlc.minimize.words import Words
 from ltlc.translate.closure import Closure
-from ltlc.translate.constructions import CONSTRUCTIONS, Construction, in_portfolio
+from ltlc.translate.constructions import CONSTRUCTIONS, Construction, FormulaKind, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
 from ltlc.translate.limits import in_the_limit
 from ltlc.translate.memory import Memory
@@ -30,7 +30,9 @@ class Problem(NamedTuple):
     """What every construction is given."""
 
     formula: Formula
-    """simplified, in negation normal form."""
+    """simplified, in negation normal form, and taken apart where parts are translated one by one."""
+    whole: Formula
+    """the formula before it was taken apart."""
     letters: Letters
     options: Options
     words: Words
@@ -44,15 +46,26 @@ class Problem(NamedTuple):
             return Closure(self.formula, self.letters, budget)
         return Closure(self.memory.future, self.memory.letters, budget)
 
+    def undivided(self, budget: Budget) -> Problem:
+        """The problem of the formula as it was before it was taken apart, which can have made it large."""
+        if self.whole is self.formula:
+            return self
+        return _problem(self.whole, self.whole, self.letters.aps, self.options, self.words, budget)
+
 
 def problem_of(formula: Formula, options: Options, budget: Budget) -> Problem:
     """What every construction is given."""
-    simple = simplify(formula)
-    if options.translator in _BY_PARTS:
-        simple = without_mixtures(in_the_limit(simple))
-    letters = letters_of(simple, propositions(formula), options.possible)
-    memory = None if simple.flags & NO_PAST else Memory(simple, letters, budget)
-    return Problem(simple, letters, options, [], memory)
+    whole = simplify(formula)
+    divided = without_mixtures(in_the_limit(whole)) if options.translator in _BY_PARTS else whole
+    return _problem(divided, whole, propositions(formula), options, [], budget)
+
+
+def _problem(
+    formula: Formula, whole: Formula, aps: tuple[str, ...], options: Options, words: Words, budget: Budget
+) -> Problem:
+    letters = letters_of(formula, aps, options.possible)
+    memory = None if formula.flags & NO_PAST else Memory(formula, letters, budget)
+    return Problem(formula, whole, letters, options, words, memory)
 
 
 def built(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> EmersonLei:
@@ -65,12 +78,22 @@ def worth_trying(closure: Closure, options: Options) -> tuple[str, ...]:
     """Names of constructions, the most promising first."""
     if options.translator != "auto":
         return (options.translator,)
+    names = in_portfolio(_kind(closure, options))
+    return names[:1] if options.effort == "fast" else names
+
+
+def worth_trying_if_large(closure: Closure, options: Options) -> tuple[str, ...]:
+    """Names of constructions for the undivided formula, for the case that the first one gives many states."""
+    if options.translator != "auto" or options.effort == "fast" or _kind(closure, options) == "fair":
+        return ()
+    return in_portfolio("large")
+
+
+def _kind(closure: Closure, options: Options) -> FormulaKind:
     root = closure.root
     if options.effort == "default" and (closure.is_fair_obligation(root) or closure.is_limit(root)):
-        names = in_portfolio("fair")
-    else:
-        names = in_portfolio("low" if closure.is_low(root) else "high")
-    return names[:1] if options.effort == "fast" else names
+        return "fair"
+    return "low" if closure.is_low(root) else "high"
 
 
 def check_known(translator: str) -> None:

@@ -8,6 +8,7 @@ import pytest
 from formula_of_node import closure_of
 from random_ltl import random_formula, random_word
 
+from ltlc.automata.rabin import AcceptanceKind
 from ltlc.ltl import parse, satisfies, simplify
 from ltlc.translate import Options, translate
 from ltlc.translate.limits import in_the_limit
@@ -59,3 +60,23 @@ def test_a_mixture_that_alternates_ten_times_stays_small() -> None:
     for _ in range(200):
         word = random_word(rng, "abcd")
         assert automaton.accepts(word.prefix, word.cycle) == satisfies(parse(text), word)
+
+
+@pytest.mark.parametrize("acceptance", ["transition", pytest.param("state", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("text", "spot"),  # states of Spot 2.13, deterministic and with parity acceptance
+    [
+        ("F X F((X c & F !e) R ((d -> e) xor F a) R e R (a & e) U b)", 35),
+        ("G(c R G(G X(b | !((!c & d) M (G a & X F b))) -> b R F c -> !((F d <-> !X b) -> d)))", 92),
+    ],
+)
+def test_what_grows_when_it_is_taken_apart_is_translated_as_it_was(
+    text: str, spot: int, acceptance: AcceptanceKind
+) -> None:
+    formula = parse(text)
+    automaton = translate(formula, Options(acceptance=acceptance))
+    assert automaton.n_states <= spot
+    rng = random.Random(3)
+    for _ in range(200):
+        word = random_word(rng, automaton.aps)
+        assert automaton.accepts(word.prefix, word.cycle) == satisfies(formula, word)
