@@ -6,6 +6,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 PEERS := $(VENV)/.peers
 OLDEST := .venv-oldest
+RLLIB := .venv-rllib
 # those that load no PyTorch
 OLDEST_TESTS = $(shell grep -LE '^(from|import) (torch|ltlc\.agents|ltlc\.cli)' $(wildcard $(addprefix tests/, \
 	envs/*.py rewards/*.py ltl/*.py translate/test_[op]*.py formats/test_hoa.py mdp/test_model.py)))
@@ -13,7 +14,7 @@ OLDEST_TESTS = $(shell grep -LE '^(from|import) (torch|ltlc\.agents|ltlc\.cli)' 
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-oldest check format clean
+.PHONY: help demo test test-fast test-oldest test-rllib check format clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -30,6 +31,9 @@ test-fast: $(INSTALLED)  ## run the tests that take a minute at most
 test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed
 	$(OLDEST)/bin/python -m pytest $(OLDEST_TESTS)
 
+test-rllib: $(RLLIB)/.installed  ## test the bridge to RLlib, which pins Gymnasium, in an environment of its own
+	$(RLLIB)/bin/python -m pytest -q tests/bridges/test_rllib.py
+
 check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -41,7 +45,7 @@ format: $(INSTALLED)  ## let ruff repair what it can
 	$(BIN)/ruff format .
 
 clean:  ## remove the environment and everything built
-	rm -rf $(VENV) $(OLDEST) build dist demo *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) $(OLDEST) $(RLLIB) build dist demo *.egg-info .mypy_cache .ruff_cache .pytest_cache
 
 # Installed once; again only when what is to be installed has changed.
 $(INSTALLED): pyproject.toml constraints.txt
@@ -69,4 +73,11 @@ $(OLDEST)/.installed: pyproject.toml constraints-oldest.txt
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-oldest.txt \
 		gymnasium hypothesis jsonschema lark matplotlib numpy pytest rich scipy typer
 	@$(OLDEST)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	@touch $@
+
+$(RLLIB)/.installed: pyproject.toml
+	@test -n "$(PYTHON)" || { echo "ltlc needs Python 3.11 or newer, as python3 or by make PYTHON=/path/to/python"; exit 1; }
+	@test -x $(RLLIB)/bin/python || { echo "creating $(RLLIB) ..."; $(PYTHON) -m venv $(RLLIB); }
+	@echo "installing RLlib into $(RLLIB) (once) ..."
+	@$(RLLIB)/bin/python -m pip install --quiet --disable-pip-version-check 'ray[rllib]>=2.50' hypothesis pytest -e .
 	@touch $@

@@ -32,6 +32,7 @@ EXTRAS = {
     "sb3": "Stable-Baselines3",
     "pettingzoo": "PettingZoo",
     "torchrl": "TorchRL",
+    "rllib": "RLlib",
 }
 """what the extras of the package are for; those for its own development are left out."""
 _MODULES = {"graphviz-pure": None, "python-sat": "pysat"}

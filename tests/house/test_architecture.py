@@ -80,6 +80,7 @@ THIRD_PARTY = {
         "pettingzoo",
         "torchrl",
         "tensordict",
+        "ray",
     },
     "reports": {"numpy", "gymnasium"},
     "sweeps": set(),
