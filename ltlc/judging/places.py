@@ -21,7 +21,7 @@ from ltlc.envs.declared import task_in
 from ltlc.envs.labels import LabelSource
 from ltlc.envs.observation import MODES, observer
 from ltlc.envs.tabular import model_of, shows_states
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, check_type
 from ltlc.judging.policies import Actor
 from ltlc.ltl import Formula
 from ltlc.mdp import LabelledMDP
@@ -79,6 +79,8 @@ def place_of(
         InvalidArgumentError: there is no task, or there are two; or the policy is for other observations.
     """
     made = gym.make(env) if isinstance(env, str) else env
+    single = "a single environment of Gymnasium, or the name of one; make one like those of a vector environment"
+    check_type(made, gym.Env, "env", single)
     wrapper = _wrapper_in(made)
     if wrapper is None:
         if task is None:

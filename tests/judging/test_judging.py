@@ -219,6 +219,7 @@ def test_the_chain_of_a_policy_is_written(tmp_path: Path) -> None:
     [
         (lambda: judge(lambda o: 0, grid()), "pass a task"),
         (lambda: judge("mine", grid(), "F goal"), "policy is of type str"),
+        (lambda: judge(lambda o: 0, gym.make_vec("FrozenLake-v1"), "F goal"), "a single environment of Gymnasium"),
         (lambda: judge(lambda o: 0, LTLWrapper(grid(), "F goal"), "F key"), "wrapped for F goal"),
         (lambda: judge(lambda o: 0, LTLWrapper(grid(), "F goal"), labels=GRID), "leave them out"),
         (lambda: judge(lambda o: "up", grid(), "F goal"), "whole number"),
