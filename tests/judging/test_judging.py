@@ -214,6 +214,27 @@ def test_the_chain_of_a_policy_is_written(tmp_path: Path) -> None:
     assert found.to_dict()["exact"] and not sampled.to_dict()["exact"]
 
 
+@pytest.mark.peer
+@pytest.mark.parametrize("seed", range(3))
+def test_storm_finds_the_same_in_the_chain(seed: int, tmp_path: Path) -> None:
+    stormpy = pytest.importorskip("stormpy", reason="stormpy is not installed")
+    of, world = ltlc.Task("!pit U (key & (!pit U goal))"), grid()
+    table = np.random.default_rng(seed).dirichlet(np.ones(4), size=(16, of.tables.n_states))
+
+    def act(seen: Any) -> Any:
+        return table[seen["observation"], seen["automaton"]]
+
+    found = judge(act, world, of)
+    exported = found.export(tmp_path)
+    program = stormpy.parse_prism_program(str(exported.model))
+    (wanted,) = stormpy.parse_properties(exported.properties.read_text(), program)
+    built = stormpy.build_model(program, [wanted])
+    value = stormpy.model_checking(built, wanted)
+    at = getattr(value, "at", None) or value.get_value
+    assert 0 < found.satisfaction < 1
+    assert at(built.initial_states[0]) == pytest.approx(found.satisfaction, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
