@@ -27,6 +27,9 @@ class East:
     def packed_policy(self, packed: Any, states: Any) -> Any:
         return np.zeros(len(states), dtype=np.int64)
 
+    def reseed(self, seed: int) -> None:
+        pass
+
 
 def test_episodes_are_drawn_until_they_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[trajectories.Trajectory] = []
