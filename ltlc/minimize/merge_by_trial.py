@@ -27,6 +27,8 @@ _SHARE_AT_FIRST = 16
 """of which this part, 1 / 16, may be looked at before the first merging: mostly there is none later."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
+_AT_ONCE = 1 << 22
+"""edges of pairs of states that are compared at once: some ten megabytes, where all pairs could take gigabytes."""
 _FIRST_LOOK = 16
 """nodes of a product after which it is looked at for the first time."""
 
@@ -294,6 +296,11 @@ def _candidates(automaton: DRA, language: IntArray) -> list[tuple[int, int]]:
     """Pairs (to be replaced, replacement) of states with the same language, the most similar rows first."""
     old, new = pairs_within(language)
     marks = number_blocks(mark for row in automaton.edge_marks for mark in row).reshape(automaton.delta.shape)
-    differences = (automaton.delta[old] != automaton.delta[new]) | (marks[old] != marks[new])
-    order = np.lexsort((new, -old, differences.sum(axis=1)))
+    differences = np.empty(len(old), dtype=np.int64)
+    step = max(1, _AT_ONCE // automaton.n_classes)
+    for first in range(0, len(old), step):
+        check_time()
+        a, b = old[first : first + step], new[first : first + step]
+        differences[first : first + step] = ((automaton.delta[a] != automaton.delta[b]) | (marks[a] != marks[b])).sum(1)
+    order = np.lexsort((new, -old, differences))
     return list(zip(old[order].tolist(), new[order].tolist(), strict=True))
