@@ -9,7 +9,7 @@ policy.ltlc       what has been learned
 result.json       the verdict
 policy.png        the policy on the map, one panel per automaton state (environments with a map)
 curve.png         return over the steps
-trajectories.png  episodes of the greedy policy (environments that can be drawn)
+trajectories.png  episodes of the policy (environments that can be drawn)
 dra.svg           the automaton (where Graphviz or graphviz-pure is installed)
 report.html       a page about all of it (on request)
 """
@@ -47,9 +47,7 @@ CONFIG_FILE = "config.json"
 AUTOMATON_FILE = "dra.json"
 AUTOMATON_PICTURE = "dra.svg"
 RESULT_FILE = "result.json"
-POLICY_PICTURE = "policy.png"
-CURVE_PICTURE = "curve.png"
-TRAJECTORIES_PICTURE = "trajectories.png"
+POLICY_PICTURE, CURVE_PICTURE, TRAJECTORIES_PICTURE = "policy.png", "curve.png", "trajectories.png"
 REPORT_FILE = "report.html"
 _RESULTS = (POLICY_FILE, RESULT_FILE, POLICY_PICTURE, CURVE_PICTURE, TRAJECTORIES_PICTURE, AUTOMATON_PICTURE,
             REPORT_FILE, METRICS_FILE, TIMES_FILE, CHECKPOINT_FILE)  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
 import typer
 
@@ -84,31 +84,15 @@ def compile_(
     from ltlc.formats import FORMATS
     from ltlc.translate import GeneralForm
 
-    possible = declared(exclusive, letters)._asdict()
+    limits: dict[str, Any] = {"max_states": max_states, "timeout": timeout, **declared(exclusive, letters)._asdict()}
+    search: dict[str, Any] = {"translator": translator, "effort": effort, **limits}
 
     def translated(text: str) -> DRA | DFA | OmegaAutomaton:
         if finite:
-            return compile(text, finite=True, max_states=max_states, timeout=timeout, **possible)
+            return compile(text, finite=True, **limits)
         if form_ in get_args(GeneralForm):
-            return compile(
-                text,
-                form=cast("GeneralForm", form_),
-                translator=translator,
-                effort=effort,
-                max_states=max_states,
-                timeout=timeout,
-                **possible,
-            )
-        return compile(
-            text,
-            form=cast("Form", form_),
-            acceptance=acceptance,
-            translator=translator,
-            effort=effort,
-            max_states=max_states,
-            timeout=timeout,
-            **possible,
-        )
+            return compile(text, form=cast("GeneralForm", form_), **search)
+        return compile(text, form=cast("Form", form_), acceptance=acceptance, **search)
 
     targets = output or (["-"] if form else [])
     if (formula is None) == (formulas is None):

@@ -10,7 +10,7 @@ import pytest
 import ltlc
 import ltlc.ltl
 from ltlc.cli.app import run
-from ltlc.errors import FileFormatError, LtlSyntaxError, UnknownNameError
+from ltlc.errors import FileFormatError, LtlSyntaxError
 
 PUT = 'put an operator such as & | -> U between two formulas, and quote a name with blanks: "a b"'
 WORD = "a word reads: a; b & !c; cycle{d; !d}"
@@ -325,13 +325,6 @@ def test_command(
     assert sorted(folder.iterdir()) == before
 
 
-def test_names_that_look_like_operators(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["compile", "F Goal", "--json"]) == 0
-    assert paragraph(capsys.readouterr().err) == (
-        'ltlc: warning: Goal is read as G oal; write that, or "Goal" in quotes for one proposition\n'
-    )
-
-
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
 def test_folder_without_permission(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     closed = folder / "closed"
@@ -350,18 +343,3 @@ def test_without_graphviz(folder: Path, capsys: pytest.CaptureFixture[str], monk
     assert Path("a.dot").read_text().startswith("digraph")
     assert not Path("a.svg").exists()
     assert ltlc.compile("F a")._repr_svg_() is None
-
-
-def test_a_limit_names_itself_and_the_way_out(capsys: pytest.CaptureFixture[str]) -> None:
-    for flags, names in ((["--max-states", "1"], ["1", "max_states"]), (["--timeout", "1e-9"], ["timeout"])):
-        assert run(["compile", "GF a & GF b & FG c", *flags, "-o", "a.json"]) == 3
-        error = paragraph(capsys.readouterr().err)
-        assert all(name in error for name in names)
-        assert not Path("a.json").exists()
-
-
-def test_unknown_names_in_the_library() -> None:
-    with pytest.raises(UnknownNameError, match=r"unknown proposition 'goa1'. Did you mean goal"):
-        ltlc.compile("F goal").step(0, {"goa1"})
-    with pytest.raises(UnknownNameError, match=r"unknown translator 'atuo'. Did you mean auto"):
-        ltlc.compile("F goal", translator="atuo")

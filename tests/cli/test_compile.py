@@ -172,3 +172,18 @@ class TestBatch:
             assert f'name: "{formula}"' in ask(child, formula)
         child.communicate()
         assert child.returncode == 0
+
+
+def test_a_limit_names_itself_and_the_way_out(capsys: pytest.CaptureFixture[str]) -> None:
+    for flags, names in ((["--max-states", "1"], ["1", "max_states"]), (["--timeout", "1e-9"], ["timeout"])):
+        assert run(["compile", "GF a & GF b & FG c", *flags, "-o", "a.json"]) == 3
+        error = capsys.readouterr().err
+        assert all(name in error for name in names)
+        assert not Path("a.json").exists()
+
+
+def test_names_that_look_like_operators(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["compile", "F Goal", "--json"]) == 0
+    assert " ".join(capsys.readouterr().err.split()) == (
+        'ltlc: warning: Goal is read as G oal; write that, or "Goal" in quotes for one proposition'
+    )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import ltlc
 from ltlc.errors import InvalidArgumentError, UnknownNameError
 from ltlc.registry import Registry, import_object, import_plugins
 
@@ -116,3 +117,10 @@ def test_modules_that_the_environment_names(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setenv("LTLC_PLUGINS", "plugin_three")
     with pytest.raises(InvalidArgumentError, match="LTLC_PLUGINS: there is no module plugin_three"):
         import_plugins()
+
+
+def test_unknown_names_in_the_library() -> None:
+    with pytest.raises(UnknownNameError, match=r"unknown proposition 'goa1'. Did you mean goal"):
+        ltlc.compile("F goal").step(0, {"goa1"})
+    with pytest.raises(UnknownNameError, match=r"unknown translator 'atuo'. Did you mean auto"):
+        ltlc.compile("F goal", translator="atuo")
