@@ -39,7 +39,7 @@ network would put it off for ever."""
 _MOST_TRIES = 1 << 22
 """counts of what was tried."""
 _TIE = 1e-5
-"""actions that are worth less more to curiosity are as good."""
+"""what is worth less more is as good, to curiosity; and values that differ by less are all the same."""
 _NETWORKS = ("q_network", "target_network", "policy_network")
 
 
@@ -223,8 +223,8 @@ class DoubleDQN(ValueAgent):
         return torch.cat([waiting, values[..., self.n_actions :]], dim=-1)
 
     def chances(self, values: Tensor) -> Tensor | None:
-        """Return how likely each action is, see `near_best`; None without squashed outputs or a temperature."""
-        if self._bounds is None or not self.config.temperature:
+        """Return how likely each action is, see `near_best`; None where nothing is squashed, or the temperature 0."""
+        if self._bounds is None or self._width < _TIE or not self.config.temperature:
             return None
         return near_best(values, float(self._bounds[0].min()), self._width, self.config.temperature)
 

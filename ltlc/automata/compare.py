@@ -71,7 +71,7 @@ def counterexample(a: DRA, b: DRA) -> LassoWord | None:
     if found is None:
         return None
     numbers, *letters = found
-    prefix, cycle = (tuple(numbers.names(numbers.mask(letter)) for letter in part) for part in letters)
+    prefix, cycle = [tuple(numbers.names(numbers.mask(letter)) for letter in part) for part in letters]
     return LassoWord(prefix, cycle)
 
 

@@ -75,7 +75,7 @@ def ticks(low: float, high: float, most: int = 5) -> list[float]:
 
     Example:
         >>> ticks(0, 1), ticks(-3, 1200, 3)
-        ([0.0, 0.25, 0.5, 0.75, 1.0], [0.0, 500.0, 1000.0])
+        ([0.0, 0.25, 0.5, 0.75, 1.0], [0.0, 1000.0])
     """
     raw = (high - low) / max(most - 1, 1)
     power = 10.0 ** math.floor(math.log10(raw))

@@ -21,7 +21,9 @@ from ltlc.task import Task
 
 CONFIGS = [
     FittedQConfig(total_steps=2000, learning_starts=50, checkpoint_every=2000, log_every=500),
-    DQNConfig(total_steps=1500, learning_starts=100, checkpoint_every=1500, log_every=500, hidden=(16,)),
+    DQNConfig(
+        total_steps=1500, learning_starts=100, checkpoint_every=1500, log_every=500, hidden=(16,), temperature=0.0
+    ),
 ]
 
 

@@ -84,3 +84,11 @@ def test_rollouts_of_a_random_policy_are_the_same_again() -> None:
     agent = DoubleDQN(env.single_observation_space, 5, task.tables, DQNConfig(hidden=(4,), temperature=0.5))
     assert rollout(agent, env, 20, seed=3) == rollout(agent, env, 20, seed=3)
     assert rollout(agent, env, 20, seed=3) != rollout(agent, env, 20, seed=4)
+
+
+@pytest.mark.parametrize("formula", ["A | !A", "A & !A", "FG A | GF !A"])
+def test_where_all_policies_are_as_good_the_first_best_action_is_taken(formula: str) -> None:
+    tables = Task(formula).tables
+    agent = DoubleDQN(spaces.Discrete(9), 5, tables, DQNConfig(hidden=(4,), temperature=0.5))
+    assert agent.policy_table().dtype == np.int64
+    assert agent.policy(np.arange(9), np.full(9, tables.initial_state)).shape == (9,)

@@ -229,7 +229,7 @@ def test_damaged_json(old: str, new: str, message: str) -> None:
         (
             "[@possible & (0)] 1\n",
             "",
-            "line 11: state 0 has no edge for the letter a & !b, which the headers",
+            "line 13, column 8: state 0 has no edge for the letter a & !b, which the headers",
         ),
     ],
 )
