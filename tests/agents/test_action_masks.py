@@ -65,6 +65,7 @@ def wrapped(make: Any, task: str = "F goal", mode: AutoresetMode = AutoresetMode
 
 @pytest.mark.parametrize("shown", ["observation", "info"])
 @pytest.mark.parametrize("config", CONFIGS, ids=lambda config: type(config).__name__)
+@pytest.mark.slow
 def test_what_is_forbidden_is_never_done(config: Any, shown: str) -> None:
     for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
         env = wrapped(partial(Corridor, shown), mode=mode)

@@ -54,6 +54,7 @@ def test_returns_of_what_is_learned_are_nearly_the_largest(reward: str) -> None:
     assert judge.regret(greedy_policy(agent)) < 1e-3
 
 
+@pytest.mark.slow
 def test_values_are_those_of_the_scheme() -> None:
     task = Task("F(A & F B) & G !C", "two-discount", acceptance="transition")
     agent = train(wrapped(task, slip=0.0), QUICK).agent

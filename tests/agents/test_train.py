@@ -103,6 +103,7 @@ class Corridor(gym.Env[int, int]):
         return self.cell, -1.0, self.cell == 4, self.time == 20, {}
 
 
+@pytest.mark.slow
 def test_same_seed_same_weights_other_seed_others() -> None:
     config = DQNConfig(**SHORT | {"total_steps": 500})
     one, two = train(grid(), config), train(grid(), config)

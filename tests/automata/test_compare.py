@@ -147,6 +147,7 @@ def test_reduce_leaves_one_deadlock_one_sink_and_useful_pairs() -> None:
 
 
 @pytest.mark.parametrize("change", [merge_bisimilar, to_state_based])
+@pytest.mark.slow
 def test_forms_that_are_kept_are_right(change: Callable[[DRA], DRA]) -> None:
     simple = merged = 0
     for automaton in random_automata(200):

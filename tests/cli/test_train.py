@@ -76,6 +76,7 @@ class TestTrain:
         assert run(["solve", formula, *GRID[1:]]) == 0
         assert f"is {word}" in capsys.readouterr().err
 
+    @pytest.mark.slow
     def test_quiet(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run(["train", *GRID, "--steps", "100", "--num-envs", "2", "--quiet", *SMALL]) == 0
         assert capsys.readouterr().out == ""

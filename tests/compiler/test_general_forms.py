@@ -67,6 +67,7 @@ def same(automaton: OmegaAutomaton, formula: Formula, plain: ltlc.DRA) -> None:
 
 
 @pytest.mark.parametrize("form", [*DETERMINISTIC, "limit-deterministic"])
+@pytest.mark.slow
 def test_random_formulas(form: GeneralForm) -> None:
     for formula in random_texts(7, 60):
         plain = ltlc.compile(formula, acceptance="transition")
@@ -134,6 +135,7 @@ def test_nondeterministic_automata_of_another_tool(tmp_path: Path) -> None:
     assert n_nondeterministic > 20
 
 
+@pytest.mark.slow
 def test_random_nondeterministic_automata() -> None:
     rng = random.Random(1)
     for _ in range(60):

@@ -98,6 +98,7 @@ def test_labels_mean_the_same_in_both_wrappers(
 
 
 @pytest.mark.parametrize("mode", RESETS)
+@pytest.mark.slow
 def test_labels_over_processes(mode: AutoresetMode) -> None:
     task = Task("G F a & G F b", "eventual")
     one_by_one = SyncVectorEnv([lambda: LTLWrapper(Watched(), task, by_info)] * N, autoreset_mode=mode)

@@ -64,6 +64,7 @@ def test_it_takes_a_seed_for_each_sub_environment() -> None:
 
 
 @pytest.mark.parametrize("mode", RESETS)
+@pytest.mark.slow
 def test_it_works_over_processes(mode: AutoresetMode) -> None:
     """The task ends no episode here, so that the processes make no step too many and all is equal."""
     task = Task("G F a", "eventual")
@@ -75,6 +76,7 @@ def test_it_works_over_processes(mode: AutoresetMode) -> None:
 
 
 @pytest.mark.parametrize("mode", RESETS)
+@pytest.mark.slow
 def test_the_task_can_end_episodes_over_processes(mode: AutoresetMode) -> None:
     env = LTLVectorWrapper(
         AsyncVectorEnv([partial(GridWorld, ("Sa",))] * 2, autoreset_mode=mode), Task("F a", "eventual")
@@ -96,6 +98,7 @@ def test_the_task_can_end_episodes_over_processes(mode: AutoresetMode) -> None:
     env.close()
 
 
+@pytest.mark.slow
 def test_single_wrappers_work_in_processes() -> None:
     envs = AsyncVectorEnv([partial(single, Task("G F a", "zeta-reach"), "discrete")] * 2)
     envs.reset(seed=1)

@@ -33,6 +33,7 @@ def several(make: type[RandomEnv], kind: str, n: int) -> SyncVectorEnv:
 
 @pytest.mark.parametrize("workers", [1, 2, 9])
 @pytest.mark.parametrize("kind", ["discrete", "dict"])
+@pytest.mark.slow
 def test_processes_step_as_one_does(kind: str, workers: int) -> None:
     for task in TASKS:
         one = LTLVectorWrapper(several(Sometimes, kind, N), task())

@@ -55,6 +55,7 @@ def test_every_kind_of_part_has_its_block() -> None:
 
 
 @follows("construction")
+@pytest.mark.slow
 def test_construction(ltlc: Any) -> None:
     assert "either-safra" in names(ltlc("translators", "--json"))
     assert "either-safra" in ltlc("compile", "--help")

@@ -264,6 +264,7 @@ def test_a_sample_says_what_it_knows() -> None:
     assert Sample(50, 0, 50).satisfaction.high == 1
 
 
+@pytest.mark.slow
 def test_agents_of_worlds_that_cannot_be_counted_are_sampled() -> None:
     from ltlc.agents import DoubleDQN, DQNConfig
 

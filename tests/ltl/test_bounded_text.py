@@ -33,6 +33,7 @@ def test_known_texts(text: str) -> None:
     assert to_text(parse(text), "bounded") == text
 
 
+@pytest.mark.slow
 def test_random_formulas() -> None:
     rng = random.Random(0)
     shorter = 0

@@ -44,6 +44,7 @@ def test_other_mistakes_are_not_taken_for_prefix_notation(text: str) -> None:
         hint_of(text)
 
 
+@pytest.mark.slow
 def test_prefix_notation_is_written_and_read_back() -> None:
     rng = random.Random(9)
     for _ in range(300):

@@ -167,6 +167,7 @@ def test_long_operands_are_not_quoted_in_errors() -> None:
         parse("b & O(" + "X " * 200 + "a)")
 
 
+@pytest.mark.slow
 def test_nesting_is_limited_by_memory_alone() -> None:
     formula = parse("a S " * 20_000 + "b")
     assert parse(str(formula)) is formula

@@ -55,6 +55,7 @@ def routes_by_steps(chain: object, live: np.ndarray, lost: np.ndarray, n_steps: 
     return ended
 
 
+@pytest.mark.slow
 def test_random_models() -> None:
     n_lost = 0
     for seed in range(80):

@@ -111,6 +111,7 @@ class TestCommands:
         monkeypatch.chdir(str(tmp_path))
 
     @pytest.mark.parametrize("command", [["solve"], ["train", "--steps", "300", "--num-envs", "2", "--out", "run"]])
+    @pytest.mark.slow
     def test_one_line_on_stderr(self, command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
         arguments = [*command, "F A", "-e", "ltlc/Thesis5x5-v0", "--reward", "accept", "--json"]
         assert run(arguments) == 0

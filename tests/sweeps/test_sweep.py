@@ -109,6 +109,7 @@ def exact(value: float) -> dict[str, Any]:
     return {"exact": True, "learned": learned, "maximum_satisfaction": [0.8, 0.8, 0.8], "steps": 400}
 
 
+@pytest.mark.slow
 def test_the_table_says_what_verdicts_say() -> None:
     grid = read_grid(written(GRID.replace("[0, 3]", "4")))
     sampled = {"accepted_without_violation": {"value": 0.25}, "total_return": {"value": 7.0}}

@@ -15,6 +15,7 @@ from ltlc.translate.limits import in_the_limit
 from ltlc.translate.mixtures import without_mixtures
 
 
+@pytest.mark.slow
 def test_formulas_without_mixtures_mean_the_same_and_are_low_in_the_hierarchy() -> None:
     rng = random.Random(41)
     changed = 0
@@ -39,6 +40,7 @@ def test_what_is_low_stays_as_it_is(text: str) -> None:
 
 
 @pytest.mark.parametrize(("limit", "value"), [("_MAX_STEPS", (1, 2)), ("_MAX_GROWTH", 1)])
+@pytest.mark.slow
 def test_formulas_that_would_grow_too_much_stay_as_they_are(
     limit: str, value: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -70,6 +72,7 @@ def test_a_mixture_that_alternates_ten_times_stays_small() -> None:
         ("G(c R G(G X(b | !((!c & d) M (G a & X F b))) -> b R F c -> !((F d <-> !X b) -> d)))", 92),
     ],
 )
+@pytest.mark.slow
 def test_what_grows_when_it_is_taken_apart_is_translated_as_it_was(
     text: str, spot: int, acceptance: AcceptanceKind
 ) -> None:

@@ -62,6 +62,7 @@ def random_buchi(rng: random.Random) -> BuchiAutomaton:
     return BuchiAutomaton(n_letters, tuple(range(rng.randint(1, n_states))), edges, n_sets)
 
 
+@pytest.mark.slow
 def test_determinization_keeps_the_language() -> None:
     """Random nondeterministic automata reach corners that tableaux do not."""
     rng = random.Random(7)
