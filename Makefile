@@ -31,8 +31,8 @@ test-fast: $(INSTALLED)  ## run the tests that take a minute at most
 test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest dependencies allowed
 	$(OLDEST)/bin/python -m pytest $(OLDEST_TESTS)
 
-test-rllib: $(RLLIB)/.installed  ## test the bridge to RLlib, which pins Gymnasium, in an environment of its own
-	$(RLLIB)/bin/python -m pytest -q tests/bridges/test_rllib.py
+test-rllib: $(RLLIB)/.installed  ## test RLlib, which pins Gymnasium, and sweeps on Ray in an environment of its own
+	$(RLLIB)/bin/python -m pytest -q tests/bridges/test_rllib.py tests/sweeps/test_ray.py
 
 check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .

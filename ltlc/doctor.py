@@ -33,6 +33,7 @@ EXTRAS = {
     "pettingzoo": "PettingZoo",
     "torchrl": "TorchRL",
     "rllib": "RLlib",
+    "ray": "sweeps on Ray",
 }
 """what the extras of the package are for; those for its own development are left out."""
 _MODULES = {"graphviz-pure": None, "python-sat": "pysat"}

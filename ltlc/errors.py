@@ -150,6 +150,19 @@ class WorkerLost(LtlcError):
 class MissingProgramError(LtlcError):
     """An optional program or package is not installed; the message says how to install it."""
 
+    @classmethod
+    def of_library(cls, library: str, extra: str, error: ImportError) -> MissingProgramError:
+        """The error of a module whose library cannot be imported.
+
+        Args:
+            library: its name in the package index.
+            extra: of ours that installs it.
+            error: why.
+        """
+        quoted = f"'{library}'" if "[" in library else library
+        how = f"pip install {quoted}, or pip install 'ltlc[{extra}]'"
+        return cls(f"{library} cannot be imported ({error}); install it with: {how}")
+
 
 class LimitExceeded(LtlcError):
     """A budget of states, seconds, letters or depth ran out before the work was done."""

@@ -45,6 +45,15 @@ def locked_folder(folder: Path) -> Iterator[None]:
                 place.rmdir()
 
 
+def is_locked(folder: Path) -> bool:
+    """Whether some process has the sole right to write into a folder now."""
+    try:
+        with (folder / LOCK_FILE).open("r+", encoding="utf-8") as stream:
+            return not lock_file(stream.fileno())
+    except OSError:  # there is no such file, or no locks in this file system
+        return False
+
+
 @contextlib.contextmanager
 def _locked(path: Path) -> Iterator[None]:
     stream = _open_locked(path)

@@ -19,17 +19,16 @@ import numpy as np
 from gymnasium import spaces
 
 from ltlc.automata.finite import spoken
-from ltlc.bridges.needed import missing
 from ltlc.envs import LTLWrapper
 from ltlc.envs.labeller import Labeller, labeller_for
 from ltlc.envs.observation import ObservationMode, observer
-from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError, MissingProgramError, UnknownNameError
 from ltlc.task import Task
 
 try:
     from pettingzoo.utils.wrappers import BaseParallelWrapper, BaseWrapper
 except ImportError as error:
-    raise missing("pettingzoo", "pettingzoo", error) from error
+    raise MissingProgramError.of_library("pettingzoo", "pettingzoo", error) from error
 
 Result = tuple[Any, float, bool, bool, dict[str, Any]]
 

@@ -16,9 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from ltlc.bridges.needed import missing
 from ltlc.envs import LTLWrapper
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.judging import Judgement, judge
 
 try:
@@ -28,7 +27,7 @@ try:
     from ray.rllib.utils.replay_buffers.episode_replay_buffer import EpisodeReplayBuffer
     from ray.tune.registry import register_env
 except ImportError as error:
-    raise missing("ray[rllib]", "rllib", error) from error
+    raise MissingProgramError.of_library("ray[rllib]", "rllib", error) from error
 
 METRIC = "satisfaction"
 """name of the metric, below `ltlc` in the results of an iteration."""

@@ -24,9 +24,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ltlc.bridges.counterfactual import JointObservations
-from ltlc.bridges.needed import missing
 from ltlc.envs import LTLWrapper
-from ltlc.errors import FileFormatError, InvalidArgumentError, RewardWarning
+from ltlc.errors import FileFormatError, InvalidArgumentError, MissingProgramError, RewardWarning
 
 try:
     import stable_baselines3
@@ -34,7 +33,7 @@ try:
     from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
     from stable_baselines3.common.type_aliases import DictReplayBufferSamples, ReplayBufferSamples
 except ImportError as error:
-    raise missing("stable-baselines3", "sb3", error) from error
+    raise MissingProgramError.of_library("stable-baselines3", "sb3", error) from error
 
 
 class _TaskReplay:
@@ -182,7 +181,7 @@ def _algorithm(fields: dict[str, Any], path: str | os.PathLike[str]) -> Any:
         try:
             import sb3_contrib
         except ImportError as error:
-            raise missing("sb3-contrib", "sb3", error) from error
+            raise MissingProgramError.of_library("sb3-contrib", "sb3", error) from error
         return sb3_contrib.MaskablePPO if maskable else sb3_contrib.RecurrentPPO if recurrent else sb3_contrib.QRDQN
     for name, field in (("PPO", "clip_range"), ("SAC", "target_entropy"), ("TD3", "policy_delay"),
                         ("DQN", "exploration_fraction"), ("A2C", "gae_lambda")):  # fmt: skip

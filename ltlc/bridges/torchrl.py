@@ -15,10 +15,9 @@ import numpy as np
 
 from ltlc.automata import DFA, DRA
 from ltlc.automata.finite import spoken
-from ltlc.bridges.needed import missing
 from ltlc.envs.labeller import Labeller, labeller_for
 from ltlc.envs.labels import LabelSource
-from ltlc.errors import InvalidArgumentError
+from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.ltl import Formula
 from ltlc.task import Task
 
@@ -27,7 +26,7 @@ try:
     from torchrl.data import Bounded, Categorical, OneHot, Unbounded
     from torchrl.envs.transforms import TensorDictPrimer, Transform
 except ImportError as error:
-    raise missing("torchrl", "torchrl", error) from error
+    raise MissingProgramError.of_library("torchrl", "torchrl", error) from error
 
 STATE, SHOWN, DISCOUNT = "automaton_state", "automaton", "discount"
 """entries that the transform adds: the table state, the same as one-hot numbers, and the weight of what follows."""

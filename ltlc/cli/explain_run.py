@@ -22,28 +22,19 @@ def print_reasons(folder: str, output: str | None, episodes: int, seed: int, as_
         seed: of the sampling.
         as_json: whether to print JSON.
     """
-    from ltlc.agents.training.failed_episodes import failed_episodes
-    from ltlc.agents.training.report import tabular_policy
     from ltlc.agents.training.run_folder import RunFolder
-    from ltlc.judging.reasons import reasons
+    from ltlc.judging.reasons import Reasons
+    from ltlc.reports.failing import why_of_run
 
     run = RunFolder.open(folder)
-    agent = run.load()
-    spec, judge = run.config.env_spec, run.judge
-    if judge is not None and agent.encoder.n_observations == judge.rewards.mdp.n_states:
-        found = reasons(judge, run.task, tabular_policy(agent, judge.rewards.mdp))
-        if output is not None:
-            _draw(output, run, found)
-        _print(run, found.to_dict(), found.lines(), as_json)
-        return
+    found = why_of_run(run, run.load(), episodes=episodes, seed=seed)
     if output is not None:
-        raise InvalidArgumentError("-o draws exact ways to fail, and the dynamics of this environment are not known")
-    env = spec.vector(run.task, min(episodes, 16))
-    try:
-        sampled = failed_episodes(agent, env, episodes=episodes, max_steps=spec.episode_steps, seed=seed)
-    finally:
-        env.close()
-    _print(run, sampled.to_dict(), sampled.lines(), as_json)
+        if not isinstance(found, Reasons):
+            raise InvalidArgumentError(
+                "-o draws exact ways to fail, and the dynamics of this environment are not known"
+            )
+        _draw(output, run, found)
+    _print(run, found.to_dict(), found.lines(), as_json)
 
 
 def _print(run: RunFolder, data: object, lines: list[str], as_json: bool) -> None:
@@ -56,18 +47,15 @@ def _print(run: RunFolder, data: object, lines: list[str], as_json: bool) -> Non
 
 def _draw(output: str, run: RunFolder, found: Reasons) -> None:
     from ltlc.pictures.failures import draw_failures
+    from ltlc.reports.failing import ways_on_map
 
     board = run.config.env_spec.board
     if board is None:
         raise InvalidArgumentError(f"{run.config.env_spec.env} has no map to draw on; leave -o out")
-    failure, place = found.failure, found.judge.words.mdp_state
-    ways = [(route.states, route.probability) for route in failure.routes] or [
-        (entry.path.states, entry.probability) for entry in failure.entries
-    ]
     draw_failures(
         output,
         board,
-        [([int(place[state]) for state in states], probability) for states, probability in ways],
+        ways_on_map(found),
         title=run.task.formula or "what is lost",
-        subtitle=f"{failure.loss:.4g} is lost; ways to fail, the thicker the more probable",
+        subtitle=f"{found.failure.loss:.4g} is lost; ways to fail, the thicker the more probable",
     )

@@ -30,7 +30,7 @@ def report(
     ] = 100,
     seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of the episode that is shown.")] = 0,
 ) -> None:
-    """Write a page about a run: verdict, automaton, learning curve, policy, and an episode to step through.
+    """Write a page about a run: verdict, automaton, learning curve, policy, failures, and an episode to step through.
 
     One HTML file that needs no network and no program but a browser, on a
     phone as well.

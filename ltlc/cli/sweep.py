@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -14,7 +14,7 @@ from ltlc.cli.messages import complain
 from ltlc.cli.verdicts import number
 
 if TYPE_CHECKING:
-    from ltlc.sweeps import Progress, Row
+    from ltlc.sweeps import Engine, Progress, Row
 
 
 def sweep(
@@ -25,6 +25,14 @@ def sweep(
         int | None,
         typer.Option("--processes", "-j", min=1, metavar="N", help="Runs at a time.", show_default="one per core"),
     ] = None,
+    engine: Annotated[
+        Literal["processes", "ray"],
+        typer.Option(
+            "--engine",
+            help="Processes of this machine, or tasks of Ray: on the cluster that there is, else on "
+            "one of its own here.",
+        ),
+    ] = "processes",
     json_: flags.Json = False,
 ) -> None:
     """Train formulas x environments x rewards x agents x seeds, and make one table of what came out.
@@ -52,6 +60,7 @@ def sweep(
     Examples:
       ltlc sweep grid.toml
       ltlc sweep grid.toml --processes 2 --json
+      ltlc sweep grid.toml --engine ray
     """
     from ltlc.sweeps import read_grid, run_grid, table_of, write_table
 
@@ -63,7 +72,7 @@ def sweep(
                 f"[{progress.done}/{progress.total}] {progress.cell.name}{' failed' * bool(progress.error)}", flush=True
             )
 
-    failed = run_grid(wanted, processes=processes or os.cpu_count() or 1, report=told)
+    failed = run_grid(wanted, engine=_engine(engine, processes), report=told)
     files = write_table(wanted)
     rows = table_of(wanted)
     if json_:
@@ -76,6 +85,16 @@ def sweep(
         complain(f"{name}: {said.removeprefix('ltlc: ')}")
     if failed:
         raise typer.Exit(1)
+
+
+def _engine(name: Literal["processes", "ray"], processes: int | None) -> Engine:
+    if name == "ray":
+        from ltlc.sweeps.ray_engine import RayTasks
+
+        return RayTasks(processes)
+    from ltlc.sweeps import Processes
+
+    return Processes(processes or os.cpu_count() or 1)
 
 
 def _print(rows: list[Row]) -> None:

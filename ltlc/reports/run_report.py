@@ -16,19 +16,26 @@ import numpy as np
 
 from ltlc.agents.agent import Agent
 from ltlc.agents.training.artifacts import judge_run
+from ltlc.agents.training.failed_episodes import FailedEpisodes
 from ltlc.agents.training.report import Report, tabular_policy
 from ltlc.agents.training.run_folder import REPORT_FILE, TRAJECTORIES_PICTURE, RunFolder
 from ltlc.atomic import atomic_write
 from ltlc.automata import DRA
+from ltlc.board import Board
 from ltlc.errors import LtlcError, MissingProgramError
 from ltlc.formats.dot import to_dot
 from ltlc.formats.picture import draw
+from ltlc.judging.reasons import Reasons
 from ltlc.ltl import parse, to_english
 from ltlc.mdp import expected_return_within
 from ltlc.mdp.figures import figure_text
 from ltlc.pictures.policy import MAX_PANELS, waits_for
 from ltlc.reports.episode import episode_of
-from ltlc.reports.svg import curve, policy_on_board
+from ltlc.reports.failing import ways_on_map, why_of_run
+from ltlc.reports.svg import curve, policy_on_board, ways_on_board
+
+MOST_WAYS = 8
+"""ways to fail that are drawn: as many as are told."""
 
 
 def report_of_run(
@@ -37,7 +44,7 @@ def report_of_run(
     """Write a page about a run: one HTML file that needs no network.
 
     It shows the verdict, the automaton, the learning curve, the policy in each automaton state (on environments with a
-    map) or trajectories, and an episode to step through.
+    map) or trajectories, why runs fail, on the map where there is one, and an episode to step through.
 
     Args:
         folder: of the run.
@@ -81,6 +88,7 @@ def report_of_run(
         "automaton": _automaton(run.automaton),
         "curve": _curve(run, report),
         "policy": _policy(run, agent, report),
+        "reasons": _reasons(why_of_run(run, agent, episodes=episodes, seed=seed), board),
         "data": _json(data),
     }
     template = (resources.files("ltlc.reports") / "report.html").read_text(encoding="utf-8")
@@ -197,6 +205,23 @@ def _sign(character: str, colour: str, meaning: Mapping[str, str]) -> str:
     text = meaning.get(character, character)
     shown = text if text.startswith(character) else f"{character}: {text}"
     return f'<span><i style="background:{escape(colour)}"></i>{escape(shown)}</span>'
+
+
+def _reasons(found: Reasons | FailedEpisodes, board: Board | None) -> str:
+    """The lines of `ltlc explain RUN`: those that are indented are a list."""
+    parts, inside = [], False
+    for line in found.lines():
+        if line.startswith("  ") != inside:
+            inside = not inside
+            parts.append("<ul>" if inside else "</ul>")
+        kind = "li" if inside else "p"
+        parts.append(f"<{kind}>{escape(line.strip().replace(' -> ', ' → '))}</{kind}>")
+    text = "".join(parts) + "</ul>" * inside
+    if board is None or not isinstance(found, Reasons) or found.failure.loss <= 0:
+        return text
+    drawn = ways_on_board(board, ways_on_map(found)[:MOST_WAYS])
+    legend = "ways to fail, the thicker the more probable; a cross is where a run is lost"
+    return f'<div class="two"><div>{text}</div><figure>{drawn}<figcaption>{legend}</figcaption></figure></div>'
 
 
 def _trajectories(picture: Path) -> str:

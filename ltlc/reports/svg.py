@@ -18,6 +18,8 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 50, 16, 10, 30
 _MOST_POINTS = 400
 CELL = 20
 """units of a cell of a map."""
+WAY_COLOURS = 4
+"""colours of lines on a map, which the page chooses."""
 
 
 def curve(x: Array, y: Array, best: float | None, x_label: str, y_label: str) -> str:
@@ -92,6 +94,45 @@ def policy_on_board(board: Board, actions: Sequence[int], seen: Sequence[bool]) 
         actions: of each cell.
         seen: which cells can be visited at all.
     """
+    parts = _map(board, seen)
+    for cell, character in enumerate(board.cells):
+        if character != "#" and seen[cell] and cell not in board.final:
+            tint = character in board.tints
+            x, y = _middle(board, cell, 2 if tint else 0)
+            across, down = DIRECTIONS[board.actions[int(actions[cell]) % len(board.actions)]]
+            parts.append(_arrow("arrow on" if tint else "arrow", x, y, across, down))
+    return "".join([*parts, "</svg>"])
+
+
+def ways_on_board(board: Board, ways: Sequence[tuple[Sequence[int], float]]) -> str:
+    """A map with lines, the thicker the more probable, and a cross where each ends.
+
+    Args:
+        board: the map.
+        ways: cells in order, and a probability; the most probable first.
+    """
+    parts = _map(board, [True] * len(board.cells))
+    most = max((probability for _, probability in ways), default=1.0)
+    for number, (cells, probability) in enumerate(ways):
+        shift = 1.5 * ((number + 1) // 2) * (-1) ** number
+        places = [_middle(board, cell, shift) for cell in cells]
+        x, y = places[-1]
+        style = f'class="way w{number % WAY_COLOURS}" stroke-width="{0.6 + 2.4 * probability / most:.2f}"'
+        parts.append(f'<polyline {style} points="{" ".join(f"{a:g},{b:g}" for a, b in places)}"/>')
+        parts.append(
+            f'<path class="way w{number % WAY_COLOURS}" d="M{x - 3:g} {y - 3:g}l6 6m-6 0l6 -6" stroke-width="1.4">'
+            f"<title>{probability:.4g}</title></path>"
+        )
+    return "".join([*parts, "</svg>"])
+
+
+def _middle(board: Board, cell: int, shift: float) -> tuple[float, float]:
+    row, column = divmod(cell, board.columns)
+    return column * CELL + CELL / 2 + shift, row * CELL + CELL / 2 + shift
+
+
+def _map(board: Board, seen: Sequence[bool]) -> list[str]:
+    """The cells of a map, in an element that is still open."""
     width, height = board.columns * CELL, board.rows * CELL
     parts = [f'<svg class="board" viewBox="-1 -1 {width + 2} {height + 2}" role="img">']
     for cell, character in enumerate(board.cells):
@@ -101,20 +142,11 @@ def policy_on_board(board: Board, actions: Sequence[int], seen: Sequence[bool]) 
         kind = "wall" if character == "#" else "marked" if tint else "free" if seen[cell] else "never"
         fill = f' style="fill:{escape(tint)}"' if tint else ""
         parts.append(f'<rect class="{kind}" x="{x}" y="{y}" width="{CELL}" height="{CELL}"{fill}/>')
-        if character == "#":
-            continue
-        if tint:
+        if tint and character != "#":
             parts.append(f'<text class="sign" x="{x + 2}" y="{y + 8}">{escape(character)}</text>')
-        if seen[cell] and cell not in board.final:
-            across, down = DIRECTIONS[board.actions[int(actions[cell]) % len(board.actions)]]
-            shift = 2 if tint else 0
-            kind = "arrow on" if tint else "arrow"
-            parts.append(_arrow(kind, x + CELL / 2 + shift, y + CELL / 2 + shift, across, down))
     row, column = divmod(board.start, board.columns)
-    parts.append(
-        f'<rect class="start" x="{column * CELL + 1}" y="{row * CELL + 1}" width="{CELL - 2}" height="{CELL - 2}"/>'
-    )
-    return "".join([*parts, "</svg>"])
+    start = f'<rect class="start" x="{column * CELL + 1}" y="{row * CELL + 1}" width="{CELL - 2}" height="{CELL - 2}"/>'
+    return [*parts, start]
 
 
 def _arrow(kind: str, x: float, y: float, across: int, down: int) -> str:

@@ -27,6 +27,7 @@ class Cell:
         formula, environment, reward, agent: names in the file.
         seed: of everything random.
         arguments: of the command that trains it, without the folder.
+        variant: what sets it apart from the run of the same names in the file; empty: it is that.
 
     Example:
         >>> Cell("reach", "lake", "default", "auto", 3, ("F goal",)).name
@@ -39,6 +40,7 @@ class Cell:
     agent: str
     seed: int
     arguments: tuple[str, ...]
+    variant: str = ""
 
     @property
     def group(self) -> tuple[str, str, str, str]:
@@ -48,7 +50,7 @@ class Cell:
     @property
     def name(self) -> str:
         """Name of its folder."""
-        return "-".join([*self.group, str(self.seed)])
+        return "-".join([*self.group, str(self.seed), *filter(None, [self.variant])])
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,17 @@
-"""Carrying out a sweep: so many processes at a time, each of which trains one run, and going on where it was cut."""
+"""Carrying out a sweep by an engine, and going on where it was cut."""
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import closing
 from dataclasses import dataclass
-from pathlib import Path
 
-from ltlc.agents.training.run_folder import CONFIG_FILE, RESULT_FILE
 from ltlc.atomic import atomic_write
 from ltlc.errors import FileFormatError, InvalidArgumentError
+from ltlc.sweeps.engine import Engine, is_done
 from ltlc.sweeps.grid import Cell, Grid
+from ltlc.sweeps.processes import Processes
 
 PLAN_FILE = "sweep.json"
 """what each run of a sweep is, so that a folder is not continued by another sweep."""
@@ -38,15 +34,19 @@ class Progress:
     error: str = ""
 
 
-def run_grid(grid: Grid, *, processes: int = 1, report: Callable[[Progress], None] | None = None) -> dict[str, str]:
+def run_grid(
+    grid: Grid, *, processes: int = 1, engine: Engine | None = None, report: Callable[[Progress], None] | None = None
+) -> dict[str, str]:
     """Train all runs of a sweep that have not ended yet; those that were cut go on from their checkpoints.
 
     A run that fails does not stop the others. Whenever this process ends, the ones that it has started end as well, and
-    calling this again goes on; the files are then those of a sweep that was never cut, to the byte, but for times.
+    calling this again goes on; the files are then those of a sweep that was never cut, to the byte, but for times. They
+    do not depend on the engine either.
 
     Args:
         grid: the sweep.
-        processes: that train at a time, each with one thread.
+        processes: that train at a time, each with one thread; without an engine.
+        engine: what trains; None: processes of this machine.
         report: called after each run.
 
     Returns:
@@ -57,37 +57,41 @@ def run_grid(grid: Grid, *, processes: int = 1, report: Callable[[Progress], Non
         FileFormatError: its plan is damaged.
         OSError: the folder cannot be written.
     """
-    if processes < 1:
-        raise InvalidArgumentError(f"processes is {processes}; it must be at least 1")
-    grid.folder.mkdir(parents=True, exist_ok=True)
-    _plan(grid)
+    engine = engine if engine is not None else Processes(processes)
+    write_plan(grid)
     failed: dict[str, str] = {}
     done = 0
-    children = _Children()
-    with ThreadPoolExecutor(processes) as pool:
-        waiting: dict[Future[str], Cell] = {}
-        try:
-            for cell in grid.cells:
-                waiting[pool.submit(children.run, grid.folder, cell)] = cell
-            while waiting:
-                for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                    cell, error, done = waiting.pop(future), future.result(), done + 1
-                    if error:
-                        failed[cell.name] = error
-                    if report is not None:
-                        report(Progress(cell, done, len(grid.cells), error))
-        except BaseException:
-            children.stop()
-            pool.shutdown(cancel_futures=True)
-            raise
+
+    def ended(cell: Cell, error: str) -> None:
+        nonlocal done
+        done += 1
+        if error:
+            failed[cell.name] = error
+        if report is not None:
+            report(Progress(cell, done, len(grid.cells), error))
+
+    missing = [cell for cell in grid.cells if not is_done(grid.folder, cell)]
+    for cell in grid.cells:
+        if cell not in missing:
+            ended(cell, "")
+    if missing:
+        with closing(engine.run(grid.folder, missing)) as running:
+            for cell, error in running:
+                ended(cell, error)
     return failed
 
 
-def _plan(grid: Grid) -> None:
+def write_plan(grid: Grid) -> None:
     """Write what the runs are, or compare with what was written before.
 
     Runs may be added to a sweep, such as further seeds; those that are there stay what they are.
+
+    Raises:
+        InvalidArgumentError: the folder holds another sweep.
+        FileFormatError: its plan is damaged.
+        OSError: the folder cannot be written.
     """
+    grid.folder.mkdir(parents=True, exist_ok=True)
     file = grid.folder / PLAN_FILE
     before: Mapping[str, list[str]] = {}
     if file.exists():
@@ -104,47 +108,3 @@ def _plan(grid: Grid) -> None:
             )
     runs = {**before, **{cell.name: list(cell.arguments) for cell in grid.cells}}
     atomic_write(file, json.dumps({"runs": runs}, ensure_ascii=False, indent=1) + "\n")
-
-
-class _Children:
-    """The processes that train now."""
-
-    def __init__(self) -> None:
-        self._running: set[subprocess.Popen[str]] = set()
-        self._lock = threading.Lock()
-        self._stopped = False
-
-    def run(self, folder: Path, cell: Cell) -> str:
-        """Train one run to its end; what was said where it failed."""
-        place = folder / cell.name
-        if (place / RESULT_FILE).exists():
-            return ""
-        resume = ["--resume"] if (place / CONFIG_FILE).exists() else []
-        words = ["train", *cell.arguments, "--out", str(place), "--quiet", *resume]
-        with self._lock:
-            if self._stopped:
-                return "not begun"
-            child = subprocess.Popen(
-                [sys.executable, "-m", "ltlc.sweeps.child", *words],
-                stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, encoding="utf-8",
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
-            )  # fmt: skip
-            self._running.add(child)
-        assert child.stderr is not None
-        said = child.stderr.read()  # its standard input stays open until it has ended
-        code = child.wait()
-        with self._lock:
-            self._running.discard(child)
-        if child.stdin is not None:
-            child.stdin.close()
-        child.stderr.close()
-        if code == 0 or (place / RESULT_FILE).exists():
-            return ""
-        return said.strip() or f"it ended with code {code}"
-
-    def stop(self) -> None:
-        """End all of them."""
-        with self._lock:
-            self._stopped = True
-            for child in self._running:
-                child.terminate()

@@ -100,6 +100,17 @@ def write_table(grid: Grid) -> list[Path]:
     return [*paths, draw_bands(grid.folder / PICTURE_FILE, bands, "satisfaction probability; dots: seeds, bars: 95 %")]
 
 
+def outcome(folder: Path, cell: Cell) -> tuple[float, bool] | None:
+    """What a run has learned, and whether that is exact; None: nothing yet, or nothing at all.
+
+    Raises:
+        FileFormatError: its verdict is damaged.
+    """
+    verdict = _verdict(folder, cell)
+    value = _value(verdict)
+    return None if verdict is None or value is None else (value, bool(verdict["exact"]))
+
+
 def _lines_of_runs(grid: Grid) -> list[Sequence[Any]]:
     lines: list[Sequence[Any]] = [
         ("run", "formula", "environment", "reward", "agent", "seed", "value", "return", "steps")

@@ -83,7 +83,7 @@ THIRD_PARTY = {
         "ray",
     },
     "reports": {"numpy", "gymnasium"},
-    "sweeps": set(),
+    "sweeps": {"ray"},
     "cli": {"typer", "rich"},
     "__init__": set(),
     "__main__": set(),

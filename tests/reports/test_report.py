@@ -17,7 +17,7 @@ import pytest
 from ltlc.board import Board
 from ltlc.cli.app import run
 from ltlc.reports import report_of_run
-from ltlc.reports.svg import curve, policy_on_board, ticks
+from ltlc.reports.svg import curve, policy_on_board, ticks, ways_on_board
 
 LABELS = """
 MAP = "SFFFFHFHFFFHHFFG"
@@ -113,6 +113,11 @@ def test_a_run_on_a_map(lake: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = Page(text)
     for words in ("F goal & G !hole", "is the probability that the learned policy satisfies", "0.8235", "H: hole"):
         assert words in page.said
+    assert run(["explain", str(lake)]) == 0
+    told = capsys.readouterr().out.splitlines()[1:]
+    assert len(told) > 4
+    assert all(line.strip().replace(" -> ", " → ") in page.said for line in told)
+    assert '<polyline class="way w0"' in text
     assert not [one for one in page.references if not one.startswith(("data:", "#"))]
     assert "http://" not in re.sub(r'xmlns(:xlink)?="[^"]*"', "", text).replace("http://www.w3.org/2000/svg", "")
     assert "{{" not in text
@@ -131,6 +136,7 @@ def test_a_run_without_a_map(pole: Path) -> None:
     page = Page(text)
     assert "of 4 episodes have an accepting step" in page.said
     assert "no map and no scene" in page.said
+    assert "episodes fail" in page.said
     assert data_of(text)["episode"][0]["seen"].startswith("[")
 
 
@@ -177,6 +183,14 @@ def test_maps_have_arrows_where_something_is_decided() -> None:
     assert drawn.count('<polygon class="arrow"') == 2  # not on the wall, the goal, or where nobody comes
     assert drawn.count('<circle class="arrow"') == 1
     assert 'class="never"' in drawn and 'class="wall"' in drawn and 'class="start"' in drawn
+
+
+def test_ways_to_fail_are_the_thicker_the_more_probable() -> None:
+    drawn = ways_on_board(Board(("..", ".H"), start=0, actions=("RIGHT", "DOWN")), [((0, 1, 3), 0.5), ((0, 2), 0.25)])
+    Page(drawn)
+    assert re.findall(r'class="way (w\d)" stroke-width="([\d.]+)" points', drawn) == [("w0", "3.00"), ("w1", "1.80")]
+    assert 'points="10,10 30,10 30,30"' in drawn and drawn.count("<path") == 2
+    assert "<path" not in ways_on_board(Board(("..",), start=0, actions=("RIGHT",)), [])
 
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ import pytest
 
 from ltlc.cli.app import run
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlcError, UnknownNameError
-from ltlc.sweeps import read_grid, run_grid, table_of, write_table
-from ltlc.sweeps import running as running_module
+from ltlc.sweeps import Cell, read_grid, run_grid, table_of, write_table
+from ltlc.sweeps import engine as engine_module
 
 LABELS = """
 MAP = "SFFFFHFHFFFHHFFG"
@@ -132,10 +133,38 @@ def test_the_table_says_what_verdicts_say() -> None:
 def test_runs_that_are_there_are_not_run_again(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = read_grid(written())
     fake({cell.name: exact(0.5) for cell in grid.cells})
-    monkeypatch.setattr(running_module.subprocess, "Popen", None)
+    monkeypatch.setattr(engine_module.subprocess, "Popen", None)
     seen: list[int] = []
     assert run_grid(grid, report=lambda progress: seen.append(progress.done)) == {}
     assert seen == [1, 2, 3, 4]
+
+
+def test_an_engine_of_ones_own_carries_out_what_is_missing() -> None:
+    grid = read_grid(written())
+    first, *others = grid.cells
+    fake({first.name: exact(0.5)})
+    asked: list[str] = []
+
+    class Backwards:
+        def run(self, folder: Path, cells: Sequence[Cell]) -> Generator[tuple[Cell, str], None, None]:
+            for cell in reversed(cells):
+                asked.append(cell.name)
+                yield cell, "no" if cell == others[0] else ""
+
+    told: list[tuple[int, str]] = []
+    failed = run_grid(grid, engine=Backwards(), report=lambda one: told.append((one.done, one.cell.name)))
+    assert failed == {others[0].name: "no"}
+    assert asked == [cell.name for cell in reversed(others)]
+    assert told == list(enumerate([first.name, *asked], start=1))
+    with pytest.raises(InvalidArgumentError, match="processes is 0"):
+        run_grid(grid, processes=0)
+
+
+def test_without_ray_it_is_asked_for(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.delitem(sys.modules, "ltlc.sweeps.ray_engine", raising=False)
+    assert run(["sweep", written(), "--engine", "ray"]) == 2
+    assert "pip install ray, or pip install 'ltlc[ray]'" in " ".join(capsys.readouterr().err.split())
 
 
 def test_another_sweep_in_the_folder_is_refused() -> None:
