@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Sequence
 
 import pytest
-from bounded import bounded_holds, random_bounded
+from by_definition import bounded
 from random_ltl import random_word
 
 from ltlc.errors import LtlSyntaxError
-from ltlc.ltl import LassoWord, parse, satisfies, satisfies_trace
+from ltlc.ltl import LassoWord, parse, satisfies
 from ltlc.ltl.bounds import MAX_STEPS
 
 BOUNDS = [
@@ -94,30 +95,13 @@ def test_steps_back() -> None:
         parse("O[3] a")
 
 
-def compare(seed: int, n: int) -> int:
-    """The number of comparisons of nested bounds with their definition, on infinite words and on traces."""
-    rng = random.Random(seed)
-    compared = 0
-    for _ in range(n):
-        formula = random_bounded(rng, 3, "ab")
-        on_words, on_traces = parse(str(formula)), parse(str(formula), finite=True)
-        for _ in range(8):
-            word = random_word(rng, ("a", "b"))
-            letters = list(word.letters)
-            expected = bounded_holds(formula, letters, len(word.prefix))
-            assert satisfies(on_words, word) == expected, (str(formula), str(word))
-            assert satisfies_trace(on_traces, letters) == bounded_holds(formula, letters, None), (str(formula), letters)
-            compared += 2
-    return compared
-
-
 def test_nested_bounds() -> None:
-    assert compare(1, 150) == 2400
+    assert Counter(bounded(random.Random(1), 150, 8, automata=False)) == {None: 2400}
 
 
 @pytest.mark.slow
 def test_many_nested_bounds() -> None:
-    assert compare(2, 1000) == 16_000
+    assert Counter(bounded(random.Random(2), 1000, 8)) == {None: 16_000}
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections import Counter
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
-from random_ltl import random_formula, random_with_past
-from textbook import holds
+from by_definition import finite, random_finite, random_traces
 
 import ltlc
 from ltlc.automata import DFA, DRA, equivalent
@@ -22,52 +21,17 @@ from ltlc.errors import (
     StateLimitExceeded,
 )
 from ltlc.formats import from_hoa, from_json, to_dot, to_hoa, to_json, to_mermaid
-from ltlc.ltl import Formula, Next, Proposition, WeakNext, fold, nnf, parse, propositions, satisfies_trace
+from ltlc.ltl import Proposition, parse, propositions, satisfies_trace
 from ltlc.translate import translate_finite
-
-Trace = list[frozenset[str]]
-
-
-def random_finite(rng: random.Random, size: int, names: str) -> Formula:
-    """A formula in which some of the next operators are weak, and some leaves are about the past."""
-    formula = (random_with_past if rng.random() < 0.5 else random_formula)(rng, size, tuple(names))
-
-    def weakened(node: Formula, args: list[Formula]) -> Formula:
-        return WeakNext(*args) if isinstance(node, Next) and rng.random() < 0.5 else node.with_args(tuple(args))
-
-    return fold(formula, {}, weakened)
-
-
-def random_traces(rng: random.Random, names: str, n: int) -> Iterator[Trace]:
-    for _ in range(n):
-        yield [frozenset(name for name in names if rng.random() < 0.5) for _ in range(rng.randint(1, 8))]
-
-
-def compare(rng: random.Random, n_formulas: int, n_traces: int) -> int:
-    """The number of comparisons, of automaton, evaluation and normal form with the definition."""
-    compared = 0
-    for _ in range(n_formulas):
-        names = "abc"[: rng.randint(1, 3)]
-        formula = random_finite(rng, rng.randint(1, 11), names)
-        assert parse(str(formula), finite=True) is formula
-        automaton, normal = translate_finite(formula), nnf(formula, finite=True)
-        for trace in random_traces(rng, names, n_traces):
-            expected = holds(formula, trace, None)
-            known = [letter & set(automaton.aps) for letter in trace]
-            assert automaton.accepts(known) == expected, (str(formula), trace)
-            assert satisfies_trace(formula, trace) == expected, (str(formula), trace)
-            assert satisfies_trace(normal, trace) == expected, (str(formula), trace)
-            compared += 1
-    return compared
 
 
 def test_automata_agree_with_the_definition() -> None:
-    assert compare(random.Random(1), 150, 20) == 3000
+    assert Counter(finite(random.Random(1), 150, 20)) == {None: 3000}
 
 
 @pytest.mark.slow
 def test_many_automata_agree_with_the_definition() -> None:
-    assert compare(random.Random(2), 1000, 20) == 20_000
+    assert Counter(finite(random.Random(2), 1000, 20)) == {None: 20_000}
 
 
 def n_residuals(automaton: DFA) -> int:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 
 import pytest
+from by_definition import past
 from random_ltl import random_with_past, random_word
 from textbook import holds
 
@@ -28,22 +30,12 @@ def accepts(automaton: DRA, formula: Formula, rng: random.Random, n_words: int) 
 
 
 def test_automata_agree_with_the_definition() -> None:
-    rng = random.Random(1)
-    accepted = 0
-    for _ in range(60):
-        formula = random_with_past(rng, rng.randint(1, 9), "abc"[: rng.randint(1, 3)])
-        automaton = translate(formula, Options(acceptance=rng.choice(("state", "transition"))))
-        assert "past" not in " ".join(automaton.aps)
-        accepted += accepts(automaton, formula, rng, 40)
-    assert 600 < accepted < 1800
+    assert Counter(past(random.Random(1), 60, 40)) == {None: 2400}
 
 
 @pytest.mark.slow
 def test_many_automata_agree_with_the_definition() -> None:
-    rng = random.Random(2)
-    for _ in range(500):
-        formula = random_with_past(rng, rng.randint(1, 9), "abc"[: rng.randint(1, 3)])
-        accepts(translate(formula, Options(effort="fast", timeout=20)), formula, rng, 40)
+    assert Counter(past(random.Random(2), 500, 40, "fast")) == {None: 20_000}
 
 
 @pytest.mark.parametrize("translator", TRANSLATORS)
