@@ -165,7 +165,7 @@ class ObservationEncoder:
             first += len(leaf.sizes)
             dtype = leaf.space.dtype or np.int64
             batches[leaf.path] = numbers.astype(dtype).reshape(-1, *(leaf.space.shape or ()))
-        return _assembled(self.space, (), batches)
+        return assembled(self.space, (), batches)
 
     def all_features(self) -> Tensor:
         """Network inputs of all `n_observations`, in the order of `index`, shape (n_observations, n_features)."""
@@ -246,12 +246,12 @@ def _name(path: Path) -> str:
     return ".".join(map(str, path))
 
 
-def _assembled(space: spaces.Space[Any], path: Path, batches: dict[Path, Any]) -> Any:
+def assembled(space: spaces.Space[Any], path: Path, batches: dict[Path, Any]) -> Any:
     """A batch of a space, given those of its parts; without texts."""
     if isinstance(space, spaces.Dict):
-        return {key: _assembled(part, (*path, key), batches) for key, part in space.spaces.items()}
+        return {key: assembled(part, (*path, key), batches) for key, part in space.spaces.items()}
     if isinstance(space, spaces.Tuple):
-        return tuple(_assembled(part, (*path, i), batches) for i, part in enumerate(space.spaces))
+        return tuple(assembled(part, (*path, i), batches) for i, part in enumerate(space.spaces))
     return batches.get(path)
 
 

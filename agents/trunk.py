@@ -57,6 +57,7 @@ class Trunk(nn.Module):
         generator: source of the initial weights.
 
     Attributes:
+        n_features: of the encoder.
         n_outputs: inputs of the first layer.
 
     References:
@@ -67,7 +68,7 @@ class Trunk(nn.Module):
     def __init__(self, encoder: ObservationEncoder, generator: torch.Generator) -> None:
         super().__init__()
         self._slices = [leaf.features for leaf in encoder.leaves]
-        raw = encoder.mode == "raw"
+        self.n_features, raw = encoder.n_features, encoder.mode == "raw"
         self.parts = nn.ModuleList(nn.Identity() if raw else _part(leaf, generator) for leaf in encoder.leaves)
         self.n_outputs = sum(
             part.n_outputs if isinstance(part, Flat | Image) else leaf.features.stop - leaf.features.start

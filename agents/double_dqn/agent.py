@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ from .exploration import ExploringStarts, Whims
 from .networks import Follower, QNetwork, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
+from .robustness import RobustEncoder, with_robustness
 from .traces import TraceLoss, seek
 from .update import TDLoss
 
@@ -91,6 +93,9 @@ class DoubleDQN(ValueAgent):
         scale = 1.0 if squashed else config.reward_scale
         self.tensor_tables = TensorTables.of(self.tables, scale, config.device, bounds)
         self._bounds = torch.stack([self.tensor_tables.least, self.tensor_tables.largest]) if squashed else None
+        if config.robustness:
+            unit = self.tensor_tables.scale
+            self.encoder = RobustEncoder(observation_space, self.tables, config, self._bounds, unit)
         self.q_network = self._network()
         self.target_network = self._network()
         self.policy_network: QNetwork = self._network()
@@ -100,14 +105,11 @@ class DoubleDQN(ValueAgent):
         self._parameters = parameters = list(self.q_network.parameters())
         self._target = Follower(self.target_network, self.q_network)
         self._average = Follower(self.policy_network, self.q_network)
-        self.optimizer: torch.optim.Optimizer
-        if config.optimizer == "adam":
-            self.optimizer = torch.optim.Adam(parameters, lr=config.learning_rate, fused=True)
-        else:
-            self.optimizer = torch.optim.SGD(parameters, lr=config.learning_rate)
+        kind: Any = partial(torch.optim.Adam, fused=True) if config.optimizer == "adam" else torch.optim.SGD
+        self.optimizer: torch.optim.Optimizer = kind(parameters, lr=config.learning_rate)
         self.loss = TDLoss(self.encoder, self.tensor_tables, config)
-        states = self.tables.n_states * n_actions
-        self._places = Places(self.encoder, max(_MOST_TRIES // states, 1) if config.curious else 1)
+        most = max(_MOST_TRIES // (self.tables.n_states * n_actions), 1)
+        self._places = Places(self.encoder, most if config.curious else 1)
         counted = (self.tables.n_states, self._places.count if config.curious else 0, n_actions)
         self._tries = torch.zeros(counted, dtype=torch.int32, device=config.device)
         self.trace_loss = TraceLoss(self.encoder, self.tensor_tables, config, self._tries)
@@ -123,7 +125,7 @@ class DoubleDQN(ValueAgent):
     def fitted(cls, config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTables | None]:
         """Fit the horizon and the outputs to an environment; see `ValueAgent`."""
         counted = ObservationEncoder(interface.space, config.observation_input).n_observations > 0
-        config, wrapper = config.filled(numbered=counted), interface.wrapper
+        config, wrapper = with_robustness(config.filled(numbered=counted), interface), interface.wrapper
         if wrapper is None or wrapper.adds_base_reward:
             return dataclasses.replace(config, output="linear", horizon=0), interface.tables
         if config.horizon is None:
@@ -233,9 +235,7 @@ class DoubleDQN(ValueAgent):
         """Between the least and the largest value; 1 where that is not known."""
         return 1.0 if self._bounds is None else float(self._bounds[1].max() - self._bounds[0].min())
 
-    def _with_random_choices(
-        self, actions: Tensor, states: npt.NDArray[np.int64], generator: torch.Generator
-    ) -> Tensor:
+    def _with_random_choices(self, actions: Tensor, states: npt.NDArray[Any], generator: torch.Generator) -> Tensor:
         """The actions, together with a choice drawn uniformly; none where that one cannot be made."""
         choice = torch.randint(self.tensor_tables.n_options, actions.shape, generator=generator)
         allowed = self.tensor_tables.allowed.cpu()[torch.from_numpy(states), choice]

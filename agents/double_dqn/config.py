@@ -103,6 +103,11 @@ class DQNConfig(OffPolicyConfig):
         curiosity: part of the sub-environments, in [0, 1], that go where little was tried, counted by place, automaton
             state and action, as a second set of outputs has learned to; needs segments (`trace_length`). 0: none
             (thesis). None: 0.25 where observations are numbered, so that counts are exact, and else none.
+        robustness: weight of the potential that values begin with, in [0, inf): in each automaton state how far it has
+            come, and how near numbers are to the thresholds that it waits for (`ltlc.envs.robustness`); needs segments,
+            and comparisons as propositions. It takes the place of rewards on the way; see `RobustEncoder`. 0: none.
+        robustness_scale: margin at which a comparison counts as three quarters true and more, > 0.
+        variables: where the names in comparisons stand in an observation, such as `x=0, speed=1`, for `robustness`.
         device: where the networks and the replay buffer live, such as `cpu`, `cuda`, `cuda:1`.
 
     Raises:
@@ -155,6 +160,10 @@ class DQNConfig(OffPolicyConfig):
     exploring_starts: float = 0.5
 
     curiosity: float | None = None
+
+    robustness: float = 0.0
+    robustness_scale: float = 1.0
+    variables: str = ""
 
     device: str = "cpu"
 
@@ -221,6 +230,10 @@ class DQNConfig(OffPolicyConfig):
             check_count("horizon", self.horizon, 0)
             if self.horizon == 1:
                 raise InvalidArgumentError("horizon is 1; it must be 0 (the scheme as it is) or at least 2")
+        if not isinstance(self.variables, str):
+            raise InvalidArgumentError(f"variables is {self.variables!r}; it must be a text such as 'x=0, speed=1'")
+        if self.robustness and not (self.traced and self.variables):
+            raise InvalidArgumentError("robustness needs variables (such as 'x=0'), and a trace_length of at least 2")
         if self.batch_norm and self.rows < 2:
             raise InvalidArgumentError("batch_norm needs a batch_size of at least 2")
 
@@ -303,6 +316,8 @@ _RANGES = {  # lowest, highest, whether the lowest is allowed
     "temperature": (0.0, math.inf, True),
     "ladder": (0.0, math.inf, True),
     "exploring_starts": (0.0, 1.0, True),
+    "robustness": (0.0, math.inf, True),
+    "robustness_scale": (0.0, math.inf, False),
 }
 _COUNTS = {
     "buffer_size": 1,

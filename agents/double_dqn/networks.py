@@ -68,6 +68,7 @@ class QNetwork(nn.Module):
     ) -> None:
         super().__init__()
         self.trunk = nn.Identity() if trunk is None else trunk
+        self.n_features = n_features if trunk is None else trunk.n_features
         self.n_states, self.n_actions, self.state_input = n_states, n_actions, config.state_input
         self.n_sets = 1 + config.curious
         *widths, n_outputs = layer_widths(config, n_features, n_states, n_actions)
@@ -96,7 +97,8 @@ class QNetwork(nn.Module):
         """Values of the actions.
 
         Args:
-            features: shape (batch, n_features).
+            features: shape (batch, n_features); or with a column more for each automaton state, what is added to
+                its outputs.
             states: shape (batch,); automaton state of each row, or None for all of them.
 
         Returns:
@@ -138,16 +140,22 @@ class QNetwork(nn.Module):
 
     def _sets(self, inputs: Tensor) -> Tensor:
         """Outputs of all sets, shape (batch, n_sets, n_states, n_actions)."""
-        outputs: Tensor = self.layers(inputs)
-        return outputs.view(-1, self.n_sets, self.n_states, self.n_actions)
+        n_inputs = self.layers[0].in_features
+        outputs: Tensor = self.layers(inputs[:, :n_inputs])
+        outputs = outputs.view(-1, self.n_sets, self.n_states, self.n_actions)
+        if inputs.shape[1] == n_inputs:
+            return outputs
+        return torch.cat([outputs[:, :1] + inputs[:, None, n_inputs:, None], outputs[:, 1:]], dim=1)
 
     def inputs(self, features: Tensor) -> Tensor:
-        """Inputs of the first layer: what the trunk makes of features, and their waves."""
-        features = self.trunk(features)
-        if self.frequencies is None:
-            return features
-        angles = features @ self.frequencies
-        return torch.cat([features, torch.sin(angles), torch.cos(angles)], dim=1)
+        """Inputs of the first layer: what the trunk makes of features, and their waves; and what outputs get more."""
+        features, begin = self.trunk(features[:, : self.n_features]), features[:, self.n_features :]
+        parts = [features]
+        if self.frequencies is not None:
+            angles = features @ self.frequencies
+            parts += [torch.sin(angles), torch.cos(angles)]
+        parts += [begin] if begin.shape[1] else []
+        return parts[0] if len(parts) == 1 else torch.cat(parts, dim=1)
 
     def _join(self, features: Tensor, states: Tensor) -> Tensor:
         if self.state_input == "raw":

@@ -53,7 +53,7 @@ class Places:
             return np.asarray(self._encoder.index(torch.from_numpy(packed)).numpy() % self.count)
         if self._whole:
             return self._bucket(packed.astype(np.int64))
-        features = self._encoder.features(torch.from_numpy(packed))
+        features = self._encoder.features(torch.from_numpy(packed))[:, : self._encoder.n_features]
         if features.shape[1] <= _FEW:
             return self._bucket(np.floor(features.numpy() * _CELLS).astype(np.int64))
         bits = (features @ self._planes > 0).numpy().astype(np.int64)

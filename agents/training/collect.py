@@ -223,6 +223,7 @@ class Collector:
         done = (terminated | truncated) & ~begun
         self._see(observations, infos)
         ltl = self._ltl(infos, terminated)
+        rewards = rewards - ltl.get("shaping", 0.0)  # what is learned are the rewards of the task
         arrived = self.packed
         if mode == AutoresetMode.SAME_STEP and done.any():
             arrived = self.packed.copy()

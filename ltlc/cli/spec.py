@@ -41,6 +41,17 @@ Variables = Annotated[
         "comparisons in quotes. May be repeated.",
     ),
 ]
+Robustness = Annotated[
+    float | None,
+    typer.Option(
+        "--robustness",
+        min=0.0,
+        metavar="WEIGHT",
+        help="Let values begin with this weight times how near the numbers of --variables are to what is waited for. "
+        "It changes no optimal policy.",
+        show_default="0",
+    ),
+]
 EnvArguments = Annotated[
     list[str] | None,
     typer.Option("--env-set", metavar="KEY=VALUE", help="An argument of the environment. May be repeated."),
@@ -93,6 +104,28 @@ def parameters_of(texts: Sequence[str] | None, reward: str, option: str = "--set
     from ltlc.rewards import SCHEMES
 
     return assignments(texts, option, {"shaping": float} | kinds_of(SCHEMES[reward]))
+
+
+def with_robustness(
+    hyper: list[str] | None, robustness: float | None, variables: Sequence[str] | None, agent: str
+) -> list[str] | None:
+    """Hyperparameters as typed, with those that --robustness stands for.
+
+    Raises:
+        InvalidArgumentError: it is given without variables, or for an agent whose values begin with nothing.
+    """
+    if not robustness:
+        return hyper
+    if not variables:
+        raise InvalidArgumentError("--robustness is about comparisons of numbers; say where they are: --variables x=0")
+    from ltlc.agents.registry import AGENTS, AUTO, DOUBLE_DQN
+
+    if agent != AUTO and not hasattr(AGENTS[agent].defaults, "robustness"):
+        raise InvalidArgumentError(
+            f"the agent {agent!r} plans with all that it has seen, whatever values begin with; --robustness is for "
+            f"--agent {DOUBLE_DQN}"
+        )
+    return [*(hyper or ()), f"robustness={robustness}", f"variables={', '.join(variables)}"]
 
 
 def _labels_of(labels: str | None, variables: Sequence[str] | None) -> str | None:

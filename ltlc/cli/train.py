@@ -87,6 +87,7 @@ def train(
     env: Env = None,
     labels: spec.Labels = None,
     variables: spec.Variables = None,
+    robustness: spec.Robustness = None,
     env_set: spec.EnvArguments = None,
     episode_steps: spec.EpisodeSteps = None,
     initial_label: spec.InitialLabel = "read",
@@ -149,6 +150,7 @@ def train(
             workers=workers or 0,
         )
         _check_actions(frame.env_spec)
+        hyper = spec.with_robustness(hyper, robustness, variables, agent)
         agent, reason = _chosen(agent, frame, automaton, hyper, config, device)
         device = None if reason and device == "cpu" else device  # where any agent will do, it need not have a device
         wanted, given = _with_agent(frame, agent, reason, hyper, steps, num_envs, seed, device, config)

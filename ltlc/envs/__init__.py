@@ -15,7 +15,7 @@ from ltlc.envs.letter_world import LetterWorld, VectorLetterWorld
 from ltlc.envs.protocol import DrawnEnv, MappedEnv, ModelledEnv
 from ltlc.envs.recorded import RECORDED, recorded_automaton
 from ltlc.envs.registration import register_envs
-from ltlc.envs.robustness import RobustLTLWrapper
+from ltlc.envs.robust_wrappers import RobustLTLVectorWrapper, RobustLTLWrapper
 from ltlc.envs.tabular import board_of, labelled_mdp
 from ltlc.envs.thesis import thesis_map, thesis_vector_world, thesis_world
 from ltlc.envs.vector_wrapper import LTLVectorWrapper
@@ -41,6 +41,7 @@ __all__ = [
     "MappedEnv",
     "ModelledEnv",
     "MonitorWrapper",
+    "RobustLTLVectorWrapper",
     "RobustLTLWrapper",
     "VectorFlatWorld",
     "VectorGridWorld",

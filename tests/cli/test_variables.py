@@ -21,6 +21,32 @@ def test_train_and_evaluate(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["evaluate", "run", "--episodes", "2"]) in (0, 1)
 
 
+@pytest.mark.slow
+def test_robustness(capsys: pytest.CaptureFixture[str]) -> None:
+    options = [*CAR, "--variables", "x=0", "--robustness", "0.5", "--steps", "1200", "--quiet", "--out", "run"]
+    assert run(["train", 'F "x > -0.4"', *options]) in (0, 1)
+    config = json.loads(Path("run/config.json").read_text())
+    assert config["hyperparameters"]["robustness"] == 0.5
+    assert config["hyperparameters"]["variables"] == "x=0"
+    assert run(["train", "--resume", "--out", "run", "--quiet"]) in (0, 1)
+    assert run(["evaluate", "run", "--episodes", "2"]) in (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "--robustness is about comparisons of numbers; say where they are: --variables x=0"),
+        (["--variables", "x=0", "--agent", "fitted-q"], "the agent 'fitted-q' plans with all that it has seen"),
+    ],
+)
+def test_robustness_that_does_nothing(options: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    formula = 'F "x > 1"' if options else "F goal"
+    env = CAR if options else ["--env", "FrozenLake-v1", "--labels", "lake"]
+    command = ["train", formula, *env, *options, "--robustness", "1", "--out", "run", "--steps", "100", "--quiet"]
+    assert run(command) == 2
+    assert message in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("formula", "variables", "message"),
     [

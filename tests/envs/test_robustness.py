@@ -7,9 +7,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import ltlc
-from ltlc.envs import Comparison, RobustLTLWrapper
+from ltlc.envs import Comparison, RobustLTLVectorWrapper, RobustLTLWrapper
 from ltlc.errors import InvalidArgumentError
 
 VARIABLES = {"x": 0, "v": 1}
@@ -124,3 +125,42 @@ def test_other_labels_and_scales() -> None:
 def test_errors(options: dict[str, Any], message: str) -> None:
     with pytest.raises(InvalidArgumentError, match=message):
         RobustLTLWrapper(Line(), 'F "x > 2"', VARIABLES, **options)
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+@pytest.mark.parametrize("text", ['F("x > 1" & F "x < -1")', 'G("v > 0" -> F "v <= 0") & F "x==0" | G lamp'])
+def test_many_environments_are_paid_as_each_alone(mode: AutoresetMode, text: str) -> None:
+    options: dict[str, Any] = {"weight": 2.0, "scale": {"x > 1": 0.5}, "warn_discount": False}
+    labels = {"lamp": lambda observation: observation[..., 1] > 0}
+    if "lamp" not in text:
+        labels.clear()
+    made = [lambda: gymnasium.wrappers.TimeLimit(Line(), 9)] * 3
+    vector = RobustLTLVectorWrapper(SyncVectorEnv(made, autoreset_mode=mode), text, VARIABLES, labels, **options)
+    alone = [RobustLTLWrapper(make(), text, VARIABLES, labels, **options) for make in made]
+    vector.reset(seed=5)
+    for i, env in enumerate(alone):
+        env.reset(seed=5 + i)
+    actions = np.random.default_rng(0).integers(0, 2, (60, 3))
+    done = np.zeros(3, dtype=bool)
+    ended = 0
+    for row in actions:
+        if mode == AutoresetMode.DISABLED and done.any():
+            vector.reset(options={"reset_mask": done.copy()})
+            for i in np.flatnonzero(done):
+                alone[i].reset()
+            done[:] = False
+        _, rewards, terminated, truncated, _ = vector.step(row)
+        for i, env in enumerate(alone):
+            if mode == AutoresetMode.NEXT_STEP and done[i]:
+                env.reset()
+                assert rewards[i] == 0
+                continue
+            _, reward, *ends, _ = env.step(row[i])
+            assert rewards[i] == pytest.approx(reward, abs=1e-5)
+            assert [terminated[i], truncated[i]] == ends
+            if mode == AutoresetMode.SAME_STEP and any(ends):
+                env.reset()
+            assert vector.potential[i] == pytest.approx(env.potential, abs=1e-5) or any(ends)
+        done = terminated | truncated
+        ended += int(done.sum())
+    assert ended > 10
