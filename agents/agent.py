@@ -23,11 +23,17 @@ class Agent(Protocol):
         encoder: of the observations.
         n_actions: of the environment, without the choices of the task.
         tables: reward tables of the task.
+        action_repeat: steps for which an action is held once it is chosen, see `ltlc.envs.HeldActions`.
     """
 
     encoder: ObservationEncoder
     n_actions: int
     tables: RewardTables
+
+    @property
+    def action_repeat(self) -> int:
+        """Steps for which an action is held."""
+        ...
 
     def packed_policy(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
         """Choose actions for packed observations and table states, shape (batch,)."""

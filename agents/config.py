@@ -137,16 +137,16 @@ def check_number(field: str, value: object, low: float, high: float, *, closed: 
         raise InvalidArgumentError(f"{field} is {value!r}; it must be a number in {bounds}")
 
 
-def check_count(field: str, value: object, least: int) -> None:
-    """Check that a value is a whole number, at least `least` and below 2^63.
+def check_count(field: str, value: object, least: int, most: int = 2**63 - 1) -> None:
+    """Check that a value is a whole number, at least `least` and at most `most`, which is what a file can hold.
 
     Raises:
         InvalidArgumentError: it is not.
     """
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
         raise InvalidArgumentError(f"{field} is {value!r}; it must be a whole number, at least {least}")
-    if value >= 2**63:
-        raise InvalidArgumentError(f"{field} is {value}; it must be below 2^63")
+    if value > most:
+        raise InvalidArgumentError(f"{field} is {value}; it must be at most {most}")
 
 
 def between(start: float, end: float, part: float) -> float:

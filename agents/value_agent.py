@@ -175,6 +175,11 @@ class ValueAgent(ABC):
         """Environment steps that the first update waits for; None: the agent needs none to act well."""
         return None
 
+    @property
+    def action_repeat(self) -> int:
+        """Steps for which an action is held."""
+        return 1
+
     def learning_rate_at(self, steps: int) -> float | None:
         """Return the learning rate after so many environment steps; None: there is none."""
         return None

@@ -35,7 +35,7 @@ import numpy as np
 from ltlc import Task
 from ltlc.agents.training.collect import Interface
 from ltlc.agents.training.run_folder import RunFolder
-from ltlc.envs import LTLVectorWrapper, LTLWrapper
+from ltlc.envs import HeldActions, LTLVectorWrapper, LTLWrapper
 from ltlc.envs.spec import EnvSpec
 from ltlc.envs.success import accepted_forever
 from ltlc.errors import UnknownNameError
@@ -124,20 +124,24 @@ def load_tasks() -> dict[str, DeepTask]:
     return tasks
 
 
-def evaluate(policy: Policy, env: LTLVectorWrapper, recurring: bool, episodes: int, seed: int) -> dict[str, float]:
+def evaluate(
+    policy: Policy, env: LTLVectorWrapper, recurring: bool, episodes: int, seed: int, action_repeat: int = 1
+) -> dict[str, float]:
     """Judge a policy by the first episodes of each copy, the same number of each."""
     n, interface, sinks = env.num_envs, Interface.of(env), env.task.automaton.accepting_sinks
     kept = accepted_forever(env.task.automaton)
-    quota = -(-episodes // n)
+    quota, held = -(-episodes // n), HeldActions(action_repeat, interface.n_actions)
     observations, infos = env.reset(seed=seed)
     length, visits, done_at = (np.zeros(n, dtype=np.int64) for _ in range(3))
     violated, counted = np.zeros(n, dtype=bool), np.zeros(n, dtype=np.int64)
     rows: list[tuple[bool, bool, int, int]] = []
     while (counted < quota).any():
-        actions = policy(interface.base(observations), infos["ltl"]["state"])
+        chosen = policy(interface.base(observations), infos["ltl"]["state"])
+        actions = held.keep(chosen, held.deciding(n))
         observations, _, terminated, truncated, infos = env.step(actions)
         ltl = infos["ltl"]
         valid = ltl["valid"]
+        held.advance(np.flatnonzero(valid), (terminated | truncated)[valid])
         length = np.where(valid, length + 1, 0)
         visits = np.where(valid, visits + ltl["accepting"], 0)
         violated = np.where(valid, violated | ltl["violated"], False)
@@ -180,7 +184,9 @@ def train_ours(task: DeepTask, seed: int, steps: int, episodes: int) -> Score:
         run = RunFolder.open(place)
         agent = run.load()
         with contextlib.closing(run), contextlib.closing(task.spec.vector(run.task, EVAL_ENVS)) as env:
-            found: dict[str, Any] = evaluate(our_policy(agent), env, task.recurring, episodes, seed + 1)
+            found: dict[str, Any] = evaluate(
+                our_policy(agent), env, task.recurring, episodes, seed + 1, agent.action_repeat
+            )
     return Score(task.name, "ltlc", "default", seed, steps, seconds, **found)
 
 

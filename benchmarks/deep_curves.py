@@ -67,7 +67,12 @@ def our_curve(task: DeepTask, seed: int, total: int) -> Curve:
 
     def judge(progress: Progress) -> bool:
         if progress.row.steps >= (len(seen) + 1) * total / POINTS:
-            seen.append((progress.row.steps, success(task, goal, our_policy(progress.agent), seed)))
+            seen.append(
+                (
+                    progress.row.steps,
+                    success(task, goal, our_policy(progress.agent), seed, progress.agent.action_repeat),
+                )
+            )
         return False
 
     with contextlib.closing(task.spec.vector(goal, num_envs_for(total, task.spec.episode_steps))) as env:
@@ -90,10 +95,10 @@ def peer_curve(task: DeepTask, kind: str, setting: str, seed: int, total: int) -
     return Curve(task.name, kind, setting, seed, *zip(*seen, strict=True))
 
 
-def success(task: DeepTask, goal: Task, policy: Policy, seed: int) -> float:
+def success(task: DeepTask, goal: Task, policy: Policy, seed: int, action_repeat: int = 1) -> float:
     """Part of the episodes in which a policy succeeds."""
     with contextlib.closing(task.spec.vector(goal, EVAL_ENVS)) as env:
-        return evaluate(policy, env, task.recurring, EPISODES, seed + 1)["success"]
+        return evaluate(policy, env, task.recurring, EPISODES, seed + 1, action_repeat)["success"]
 
 
 def best_settings(curves: Sequence[Curve]) -> list[Curve]:

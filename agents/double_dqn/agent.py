@@ -13,7 +13,7 @@ import torch
 from gymnasium import spaces
 from torch import Tensor
 
-from ltlc.envs import LTLVectorWrapper
+from ltlc.envs import HeldActions, LTLVectorWrapper
 from ltlc.errors import TrainingDiverged
 from ltlc.rewards import RewardTables, value_bounds
 from ltlc.task import Task
@@ -25,9 +25,9 @@ from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
 from ..trunk import Trunk
 from ..value_agent import ValueAgent
-from .config import DQNConfig, fitted_horizon
+from .config import DQNConfig, fitted_horizon, fitted_repeat
 from .device import available, check_device
-from .exploration import ExploringStarts, Whims
+from .exploration import ExploringStarts, Whims, with_random_choices
 from .networks import Follower, QNetwork, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
@@ -108,12 +108,13 @@ class DoubleDQN(ValueAgent):
         kind: Any = partial(torch.optim.Adam, fused=True) if config.optimizer == "adam" else torch.optim.SGD
         self.optimizer: torch.optim.Optimizer = kind(parameters, lr=config.learning_rate)
         self.loss = TDLoss(self.encoder, self.tensor_tables, config)
-        most = max(_MOST_TRIES // (self.tables.n_states * n_actions), 1)
-        self._places = Places(self.encoder, most if config.curious else 1)
+        most = max(_MOST_TRIES // (self.tables.n_states * n_actions), 1) if config.curious else 1
+        self._places = Places(self.encoder, most)
         counted = (self.tables.n_states, self._places.count if config.curious else 0, n_actions)
         self._tries = torch.zeros(counted, dtype=torch.int32, device=config.device)
         self.trace_loss = TraceLoss(self.encoder, self.tensor_tables, config, self._tries)
         self._whims, self._starts = Whims(config, n_actions), ExploringStarts(config, self.tensor_tables)
+        self._held = HeldActions(config.held, n_actions)
 
     def _network(self) -> QNetwork:
         generator = torch.Generator().manual_seed(self.config.seed)
@@ -128,6 +129,9 @@ class DoubleDQN(ValueAgent):
         config, wrapper = with_robustness(config.filled(numbered=counted), interface), interface.wrapper
         if wrapper is None or wrapper.adds_base_reward:
             return dataclasses.replace(config, output="linear", horizon=0), interface.tables
+        if config.action_repeat is None:
+            repeat = 1 if config.curiosity else fitted_repeat(interface.episode_steps)
+            config = dataclasses.replace(config, action_repeat=repeat)
         if config.horizon is None:
             config = dataclasses.replace(config, horizon=fitted_horizon(interface.episode_steps, counted=counted))
         return config, wrapper.task.for_horizon(config.horizon or 0).tables
@@ -147,6 +151,11 @@ class DoubleDQN(ValueAgent):
     def counterfactual(self) -> bool:
         """Whether each step teaches every automaton state."""
         return self.config.counterfactual
+
+    @property
+    def action_repeat(self) -> int:
+        """Steps for which an action is held."""
+        return self.config.held
 
     @property
     def first_update(self) -> int:
@@ -175,19 +184,22 @@ class DoubleDQN(ValueAgent):
     ) -> npt.NDArray[np.int64]:
         """Choose actions for training, shape (batch,): greedy in `q_network` where there is no whim.
 
-        See `Whims` and `ExploringStarts`. Draws the same amount from the generator whatever happens.
+        See `Whims`, `HeldActions` and `ExploringStarts`. Draws the same amount from the generator whatever happens.
         """
         self.trunk.observe(self.encoder, packed)
         own = torch.from_numpy(states)
-        action, state = self._whims.draw(len(own), epsilon, generator), self._starts.states(own, generator)
-        action = permitted(action, self.encoder.allowed(torch.from_numpy(packed)), generator)
+        allowed = self.encoder.allowed(torch.from_numpy(packed))
+        free = self._held.deciding(len(own), None if allowed is None else allowed.numpy())
+        deciding = torch.from_numpy(free)
+        action, state = self._whims.draw(deciding, epsilon, generator), self._starts.states(own, generator)
+        action = permitted(action, allowed, generator)
         random = action.clamp(min=0)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
-            random = self._with_random_choices(random, states, generator)
-        if (action >= 0).all() and not self.config.curious:
-            return random.numpy()
-        greedy = self.evaluate(self.q_network, packed, state.numpy()).argmax(dim=-1).cpu()
-        self._starts.choose(torch.where(action >= 0, 0, greedy // self.n_actions))
+            random = with_random_choices(random, own, self.tensor_tables, self.n_actions, generator)
+        ours, greedy = (action < 0) & deciding, torch.zeros_like(action)
+        if ours.any():
+            greedy[deciding] = self.evaluate(self.q_network, packed[free], state.numpy()[free]).argmax(dim=-1).cpu()
+        self._starts.choose(torch.where(ours, greedy // self.n_actions, 0))
         greedy = torch.where(state == own, greedy, greedy % self.n_actions)  # others' choices are not ours
         chosen = torch.where(action >= 0, random, greedy)
         if self.config.curious:
@@ -195,7 +207,7 @@ class DoubleDQN(ValueAgent):
             seekers = np.arange(every - 1, len(packed), every)
             if len(seekers):
                 chosen[torch.from_numpy(seekers)] = self._seek(packed[seekers], states[seekers], generator)
-        return chosen.numpy()
+        return self._held.keep(chosen.numpy(), free)
 
     def _seek(self, packed: npt.NDArray[Any], states: npt.NDArray[np.int64], generator: torch.Generator) -> Tensor:
         """The actions nearest to what was little tried, shape (batch,)."""
@@ -207,9 +219,9 @@ class DoubleDQN(ValueAgent):
         return (worth + _TIE * torch.rand(worth.shape, generator=generator)).argmax(dim=-1)
 
     def begin(self) -> None:
-        """Forget whims and imagined automaton states, since new episodes begin everywhere."""
-        self._whims.clear()
-        self._starts.clear()
+        """Forget whims, held actions and imagined automaton states, since new episodes begin everywhere."""
+        for part in (self._whims, self._held, self._starts):
+            part.clear()
 
     def evaluate(
         self, network: torch.nn.Module, packed: npt.NDArray[Any], states: npt.NDArray[np.int64] | None
@@ -234,12 +246,6 @@ class DoubleDQN(ValueAgent):
     def _width(self) -> float:
         """Between the least and the largest value; 1 where that is not known."""
         return 1.0 if self._bounds is None else float(self._bounds[1].max() - self._bounds[0].min())
-
-    def _with_random_choices(self, actions: Tensor, states: npt.NDArray[Any], generator: torch.Generator) -> Tensor:
-        """The actions, together with a choice drawn uniformly; none where that one cannot be made."""
-        choice = torch.randint(self.tensor_tables.n_options, actions.shape, generator=generator)
-        allowed = self.tensor_tables.allowed.cpu()[torch.from_numpy(states), choice]
-        return actions + self.n_actions * torch.where(allowed, choice, 0)
 
     def update(self, steps: TransitionBatch | Segments, learning_rate: float) -> float:
         """Make one gradient step on a batch of sampled steps; returns the loss before it.
@@ -273,6 +279,7 @@ class DoubleDQN(ValueAgent):
         config, rate = self.config, self.config.learning_rate_at(steps)
         self.trace_loss.advantage_learning = config.advantage_learning_at(steps)
         self._starts.advance(*memory.latest)
+        self._held.advance(*(part.numpy() for part in memory.latest[::2]))
         if config.curious:
             tried = tuple(part.to(self.device) for part in memory.tried)
             self._tries.index_put_(tried, torch.ones_like(tried[0], dtype=torch.int32), accumulate=True)

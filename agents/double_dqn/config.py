@@ -100,6 +100,10 @@ class DQNConfig(OffPolicyConfig):
         exploring_starts: part of the episodes, in [0, 1], in which a sub-environment acts as if the automaton had
             started in a random state, so that all parts of a task are practised; needs `counterfactual`. 0: none
             (thesis).
+        action_repeat: steps for which an action is held while learning, >= 1. Values are then those of actions that are
+            held, which differ more than those of single steps where a step does little; what is learned holds them,
+            too. Needs segments, and is 1 without and where observations are numbered. None: a 250th of an episode, from
+            1 to 4. 1: none (thesis).
         curiosity: part of the sub-environments, in [0, 1], that go where little was tried, counted by place, automaton
             state and action, as a second set of outputs has learned to; needs segments (`trace_length`). 0: none
             (thesis). None: 0.25 where observations are numbered, so that counts are exact, and else none.
@@ -158,6 +162,7 @@ class DQNConfig(OffPolicyConfig):
     ladder: float = 3.0
     persistence: int = 20
     exploring_starts: float = 0.5
+    action_repeat: int | None = None
 
     curiosity: float | None = None
 
@@ -224,8 +229,11 @@ class DQNConfig(OffPolicyConfig):
                 check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
         if self.buffer_size < self.rows:
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.rows})")
-        if self.train_frequency is not None:
-            check_count("train_frequency", self.train_frequency, 1)
+        for field, most in (("train_frequency", 2**63 - 1), ("action_repeat", 255)):
+            if getattr(self, field) is not None:
+                check_count(field, getattr(self, field), 1, most)
+        if self.curiosity and (self.action_repeat or 1) > 1:
+            raise InvalidArgumentError("curiosity counts single steps; set it to 0, or action_repeat to 1")
         if self.horizon is not None:
             check_count("horizon", self.horizon, 0)
             if self.horizon == 1:
@@ -248,12 +256,19 @@ class DQNConfig(OffPolicyConfig):
         return self.trace_length > 1 and self.counterfactual and self.state_input == "heads" and not self.batch_norm
 
     @property
+    def held(self) -> int:
+        """Steps for which an action is held."""
+        return (self.action_repeat or 1) if self.traced else 1
+
+    @property
     def curious(self) -> bool:
         """Whether what little was tried is looked for."""
         return bool(self.curiosity) and self.traced
 
     def filled(self, *, numbered: bool) -> DQNConfig:
         """Return the configuration with what depends on whether observations are numbered filled in."""
+        if numbered and self.held > 1:
+            raise InvalidArgumentError("where observations are numbered, no actions are held; set action_repeat to 1")
         if numbered:
             tau, curiosity, advantage, final, rows = 0.1, 0.25, 0.95, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
         else:
@@ -269,6 +284,7 @@ class DQNConfig(OffPolicyConfig):
             advantage_learning=advantage,
             final_advantage_learning=final if self.final_advantage_learning is None else self.final_advantage_learning,
             curiosity=curiosity if self.curiosity is None else self.curiosity,
+            action_repeat=1 if numbered and self.action_repeat is None else self.action_repeat,
         )
 
     def advantage_learning_at(self, steps: int) -> float:
@@ -294,9 +310,19 @@ def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
     return 100 if episode_steps is None else min(max(episode_steps // 5, 20), 100)
 
 
+def fitted_repeat(episode_steps: int | None) -> int:
+    """Steps to hold an action for where nobody says how many; see `DQNConfig.action_repeat`.
+
+    Args:
+        episode_steps: where episodes are cut; None: unknown.
+    """
+    return 1 if episode_steps is None else min(max(episode_steps // 250, 1), 4)
+
+
 _PLAIN: dict[str, Any] = {
     "waves": 0, "output": "linear", "horizon": 0, "trace_length": 1, "advantage_learning": 0.0, "temperature": 0.0,
-    "ladder": 0.0, "persistence": 1, "exploring_starts": 0.0, "curiosity": 0.0,
+    "ladder": 0.0, "persistence": 1, "exploring_starts": 0.0, "action_repeat": 1,
+    "curiosity": 0.0,
 }  # fmt: skip
 """without what has come since 2018."""
 _FLAGS = ("batch_norm", "layer_norm", "double", "counterfactual")

@@ -104,26 +104,26 @@ class Whims:
         """Forget what is under way, since new episodes begin everywhere."""
         self._left = torch.zeros(0, dtype=torch.int64)
 
-    def draw(self, n: int, epsilon: float, generator: torch.Generator) -> Tensor:
+    def draw(self, deciding: Tensor, epsilon: float, generator: torch.Generator) -> Tensor:
         """Begin whims by chance, and go on with those that last.
 
         Draws the same amount from the generator whatever happens.
 
         Args:
-            n: sub-environments.
-            epsilon: probability of a whim at the foot of the ladder.
+            deciding: which sub-environments are to choose an action, shape (n,), bool; see `HeldActions`.
+            epsilon: probability of a whim at the foot of the ladder, wherever an action is chosen.
             generator: of what is random.
 
         Returns:
             The random actions, or -1 where the policy is to be followed, shape (n,).
         """
-        most = self._config.persistence
+        n, most = len(deciding), self._config.persistence
         if len(self._left) != n:
             self._action, self._left = (torch.zeros(n, dtype=torch.int64) for _ in range(2))
         action = torch.randint(self._n_actions, (n,), generator=generator)
         chance, lasting = torch.rand((2, n), generator=generator, dtype=torch.float64)
         rung = torch.arange(n, dtype=torch.float64) / max(n - 1, 1)
-        begins = (self._left == 0) & (chance < epsilon ** (1 + self._config.ladder * rung))
+        begins = deciding & (self._left == 0) & (chance < epsilon ** (1 + self._config.ladder * rung))
         lasts = torch.arange(n) % 2 == 1
         steps = torch.where(lasts, (1 / (1 - lasting)).long().clamp(max=most), 1)
         self._action = torch.where(begins, action, self._action)
@@ -131,3 +131,20 @@ class Whims:
         active = self._left > 0
         self._left = (self._left - 1).clamp(min=0)
         return torch.where(active, self._action, -1)
+
+
+def with_random_choices(
+    actions: Tensor, states: Tensor, tables: TensorTables, n_actions: int, generator: torch.Generator
+) -> Tensor:
+    """The actions, together with a choice drawn uniformly; none where that one cannot be made.
+
+    Args:
+        actions: shape (n,).
+        states: table states, shape (n,).
+        tables: of the task.
+        n_actions: of the environment.
+        generator: of what is random.
+    """
+    choice = torch.randint(tables.n_options, actions.shape, generator=generator)
+    allowed = tables.allowed.cpu()[states, choice]
+    return actions + n_actions * torch.where(allowed, choice, 0)

@@ -22,8 +22,10 @@ from .places import Places
 
 _KINDS = {"state": torch.int64, "action": torch.int64, "letter_class": torch.int64, "base_reward": torch.float32,
           "terminated": torch.bool, "real": torch.bool,
-          "place": torch.int64}  # fmt: skip
+          "place": torch.int64, "phase": torch.uint8}  # fmt: skip
 """of the columns that are not observations; a row that is not `real` holds the last observation of an episode."""
+_BESIDE = ("real", "place", "phase")
+"""of these, what is no part of a step as it was collected."""
 
 
 _MOST_BYTES = 4_000_000_000
@@ -40,6 +42,8 @@ class ReplaySize:
     """of one step with its observation."""
     num_envs: int
     """sub-environments, each with a ring of its own."""
+    repeat: int = 1
+    """steps for which an action is held."""
 
     @classmethod
     def of(cls, config: DQNConfig, encoder: ObservationEncoder, num_envs: int) -> ReplaySize:
@@ -49,12 +53,12 @@ class ReplaySize:
         rows = min(config.buffer_size, config.total_steps + num_envs)
         if config.max_memory is None:
             rows = min(rows, max(_MOST_BYTES // row_bytes, config.rows))
-        return cls(rows, row_bytes, num_envs)
+        return cls(rows, row_bytes, num_envs, config.held)
 
     @property
     def length(self) -> int:
-        """Rows of each ring: its share, and one for the observation after the last step."""
-        return -(-self.rows // self.num_envs) + 1
+        """Rows of each ring: its share, of one action at least, and one for the observation after the last step."""
+        return max(-(-self.rows // self.num_envs), self.repeat) + 1
 
     @property
     def bytes(self) -> int:
@@ -87,20 +91,21 @@ class ReplaySize:
 
 @dataclass(frozen=True)
 class Segments:
-    """Steps that followed one another, as tensors: `count` rows of `length` steps each."""
+    """Actions that followed one another, as tensors: `count` rows of `length` actions, each held for `repeat` steps."""
 
     observation: Tensor
-    """shape (count, length + 1, width), packed; the last is the one after the last step."""
+    """shape (count, length + 1, width), packed; where actions were chosen, and after the last step."""
     action: Tensor
     """shape (count, length + 1), int64; the last belongs to no step of the segment."""
     letter_class: Tensor
-    """shape (count, length), int64."""
+    """shape (count, length, repeat), int64; of each step."""
     base_reward: Tensor
-    """shape (count, length), float32."""
+    """shape (count, length, repeat), float32; of each step."""
     terminated: Tensor
-    """shape (count, length), bool."""
+    """shape (count, length, repeat), bool; of each step. What stands behind one that ended an episode says nothing."""
     real: Tensor
-    """shape (count, length + 1), bool; whether the row is a step, and not the last observation of an episode."""
+    """shape (count, length + 1), bool; whether the action was carried out as a whole, until the episode was over. Not
+    so where the row is the last observation of an episode."""
     place: Tensor
     """shape (count, length + 1), int64; see `Places`."""
 
@@ -139,7 +144,8 @@ class ReplayBuffer:
         limits: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         packed = torch.from_numpy(np.zeros(0, dtype=encoder.dtype)).dtype
-        self._places, limits = places, {**limits, "place": places.count}
+        self._places, self._repeat = places, size.repeat
+        limits = {**limits, "place": places.count, "phase": size.repeat}
         rows = (size.num_envs, size.length)
         self.length, self.device, self.limits = size.length, device, limits
         self.columns: dict[str, Tensor] = {
@@ -148,6 +154,8 @@ class ReplayBuffer:
         }
         self._written = np.zeros(size.num_envs, dtype=np.int64)
         """rows ever begun in each ring, so that the next step goes to row `written % length`."""
+        self._age = np.zeros(size.num_envs, dtype=np.int64)
+        """steps of the episode under way."""
         self.steps, self.newest, self._most = 0, 0, size.rows
         self.tried: tuple[Tensor, ...] = ()
         self.latest: tuple[Tensor, ...] = ()
@@ -160,15 +168,18 @@ class ReplayBuffer:
         copies, there = steps.copy, self._written[steps.copy]
         rows, following = self._rows(copies, there), self._rows(copies, there + 1)
         for name, column in self.columns.items():
-            if name not in ("real", "place"):
+            if name not in _BESIDE:
                 column[rows] = self._tensor(getattr(steps, name), column.dtype)
         self.columns["real"][rows] = True
+        self.columns["phase"][rows] = self._tensor(self._age[copies] % self._repeat, torch.uint8)
+        self.columns["phase"][following] = self._repeat - 1  # what comes behind it begins an episode
         place = self._places(steps.observation)
         self.columns["place"][rows] = self._tensor(place, torch.int64)
         self.columns["place"][following] = self._tensor(self._places(steps.next_observation), torch.int64)
         self.columns["observation"][following] = self._tensor(steps.next_observation, self.columns["observation"].dtype)
         self.columns["real"][following] = False
         self._written[copies] = there + 1 + steps.ended
+        self._age[copies] = np.where(steps.ended, 0, self._age[copies] + 1)
         self.steps, self.newest = self.steps + len(copies), len(copies)
         self.latest = tuple(
             torch.from_numpy(np.asarray(part)) for part in (copies, steps.letter_class.astype(np.int64), steps.ended)
@@ -179,6 +190,7 @@ class ReplayBuffer:
         """End what is under way in all sub-environments, since new episodes begin."""
         last = self.columns["real"].cpu().numpy()[np.arange(len(self._written)), (self._written - 1) % self.length]
         self._written += last & (self._written > 0)
+        self._age[:] = 0
 
     def sample(self, size: int, generator: torch.Generator) -> TransitionBatch:
         """Steps drawn uniformly with replacement, of each sub-environment alike; the generator is one of the CPU."""
@@ -189,18 +201,24 @@ class ReplayBuffer:
             copies = np.concatenate([copies, drawn[0][real]])[:size]
             rows = np.concatenate([rows, drawn[1][real]])[:size]
         at, following = self._rows(copies, rows), self._rows(copies, rows + 1)
-        columns = {name: column[at] for name, column in self.columns.items() if name not in ("real", "place")}
+        columns = {name: column[at] for name, column in self.columns.items() if name not in _BESIDE}
         return TransitionBatch(**columns, next_observation=self.columns["observation"][following])
 
     def sample_segments(self, count: int, length: int, generator: torch.Generator) -> Segments:
-        """Segments that begin anywhere, of each sub-environment alike; shorter ones as long as there are no longer."""
-        begun = self._written[self._written > 0]
-        length = min(length, int(np.minimum(begun, self.length - 1).min()))
-        copies, first = self._draw(count, length, generator)
-        rows = self._rows(copies[:, None], first[:, None] + np.arange(length + 1))
-        found = {name: self.columns[name][rows] for name in Segments.__dataclass_fields__}
-        for name in ("letter_class", "base_reward", "terminated"):
-            found[name] = found[name][:, :-1]
+        """Segments that begin with any action, of each copy alike; shorter ones as long as there are no longer."""
+        begun, repeat = self._written[self._written > 0], self._repeat
+        length = max(min(length, int(np.minimum(begun, self.length - 1).min()) // repeat), 1)
+        copies, first = self._draw(count, (length + 1) * repeat - 1, generator)
+        phase = self.columns["phase"][self._rows(copies, first)].cpu().numpy().astype(np.int64)
+        starts = (first + -phase % repeat)[:, None] + repeat * np.arange(length + 1)
+        at = self._rows(copies[:, None], starts)
+        each = self._rows(copies[:, None, None], starts[:, :-1, None] + np.arange(repeat))
+        found = {name: self.columns[name][at] for name in ("observation", "action", "place", "real")}
+        found |= {name: self.columns[name][each] for name in ("letter_class", "base_reward", "terminated")}
+        held = self.columns["real"][each] & (self.columns["action"][each] == found["action"][:, :-1, None])
+        held &= self.columns["phase"][each] == torch.arange(repeat, device=self.device)
+        over = (held & found["terminated"]).cumsum(dim=-1)
+        found["real"][:, :-1] = (held | (over > 0)).all(dim=-1)
         return Segments(**found)
 
     def _draw(self, count: int, length: int, generator: torch.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -209,7 +227,7 @@ class ReplayBuffer:
         copies = known[torch.randint(len(known), (count,), generator=generator).numpy()]
         written = self._written[copies]
         oldest = np.maximum(written - (self.length - 1), 0)
-        room = written - length + 1 - oldest
+        room = np.maximum(written - length + 1 - oldest, 1)  # what is not there yet is not real
         chance = torch.rand(count, generator=generator, dtype=torch.float64).numpy()
         return copies, oldest + np.minimum((chance * room).astype(np.int64), room - 1)
 

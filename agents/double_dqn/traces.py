@@ -28,9 +28,9 @@ class TraceLoss:
 
     The target of a step is r + g W(q'), where the reward r, the weight g of what follows and the next state q' are
     looked up by (q, letter class). W(q') is the target of the next step from q' (a part `trace_decay` of it), if the
-    action made there was the best one in q', and else what the target network says the best one is worth. So targets
-    go back from the end of the segment, for all states at once, and are those of the greedy policy though another one
-    acted. They are kept within what values can be.
+    action made there was the best one in q', and else what the target network says the best one is worth; as long as
+    an action is held, all of it. So targets go back from the end of the segment, for all states at once, and are those
+    of the greedy policy though another one acted. They are kept within what values can be.
 
     Squashed outputs are compared by the cross entropy, where target and value are parts of the width of the bounds, and
     other outputs by Huber's loss.
@@ -68,7 +68,7 @@ class TraceLoss:
 
     def __call__(self, q_network: QNetwork, target_network: QNetwork, segments: Segments) -> Tensor:
         """The loss of sampled segments; differentiable in the weights of `q_network` alone."""
-        count, length = segments.letter_class.shape
+        count, length = segments.letter_class.shape[:2]
         shape = (count, length + 1, q_network.n_states, q_network.n_actions)
         rows, which = self._distinct(segments.observation.flatten(0, 1))
         features = self.encoder.features(rows)
@@ -125,8 +125,8 @@ class TraceLoss:
         """
         tries = self.tries[:, segments.place[:, 1:]].permute(1, 2, 0, 3)
         value = seek(sought, tries).amax(dim=-1)
-        goes_on = _NEARER * (self.tables.discount.T[segments.letter_class] > 0) * ~segments.terminated[..., None]
-        following = self.tables.next_state.T[segments.letter_class]
+        goes_on = _NEARER * (self.tables.discount.T[segments.letter_class[..., 0]] > 0) * ~segments.terminated
+        following = self.tables.next_state.T[segments.letter_class[..., 0]]
         target, found = torch.zeros_like(value[:, 0]), []
         for t in reversed(range(value.shape[1])):
             after = torch.maximum(value[:, t], target * segments.real[:, t + 1, None])
@@ -135,11 +135,11 @@ class TraceLoss:
         return torch.stack(found[::-1], dim=1)
 
     def targets(self, segments: Segments, worth: Tensor, online: Tensor) -> Tensor:
-        """The targets of each step and automaton state.
+        """The targets of each action and automaton state.
 
         Args:
             segments: the steps.
-            worth: values of the actions after each step, by the target network; shape (count, length, n_states,
+            worth: values of the actions after each action, by the target network; shape (count, length, n_states,
                 n_actions).
             online: the values that say which action is best; of the same shape.
 
@@ -151,7 +151,7 @@ class TraceLoss:
             worth, online = (tables.join_options(v[:, :, tables.options], tables.allowed) for v in (worth, online))
         best = online.argmax(dim=-1)
         value = worth.gather(-1, best[..., None])[..., 0]
-        chosen = tables.options[torch.arange(best.shape[-1], device=best.device), best // n_actions]
+        options = tables.options[torch.arange(best.shape[-1], device=best.device), best // n_actions]
         greedy = (best % n_actions == segments.action[:, 1:, None]) & segments.real[:, 1:, None]
         part = self.config.trace_decay * greedy.to(value.dtype)
         part[:, -1] = 0.0
@@ -159,16 +159,18 @@ class TraceLoss:
         reward, weight, following, final = (
             table.T[classes] for table in (tables.reward, tables.discount, tables.next_state, tables.final_value)
         )
-        # target = known + traced * (target of the next step, in the state that is chosen after the one that follows)
-        traced = torch.where(over, 0.0, weight * part.gather(2, following))
-        ended = torch.where(over, final, ((1 - part) * value).gather(2, following))
-        known = reward + segments.base_reward[..., None] / tables.scale + weight * ended
-        chosen = chosen.gather(2, following)
+        # target = known + traced * (target of the next step, in the state that follows, or is chosen after it)
+        known = reward + segments.base_reward[..., None] / tables.scale + torch.where(over, weight * final, 0.0)
+        traced, chosen, last = torch.where(over, 0.0, weight), following.clone(), following[:, :, -1]
+        known[:, :, -1] += traced[:, :, -1] * ((1 - part) * value).gather(2, last)
+        traced[:, :, -1] *= part.gather(2, last)
+        chosen[:, :, -1] = options.gather(2, last)
         target, found = torch.zeros_like(value[:, 0]), []
-        for known_t, traced_t, chosen_t in zip(*(x.unbind(1)[::-1] for x in (known, traced, chosen)), strict=True):
+        steps = zip(*(x.flatten(1, 2).unbind(1)[::-1] for x in (known, traced, chosen)), strict=True)
+        for known_t, traced_t, chosen_t in steps:
             target = torch.addcmul(known_t, traced_t, target.gather(1, chosen_t)).clamp(tables.least, tables.largest)
             found.append(target)
-        return torch.stack(found[::-1], dim=1)
+        return torch.stack(found[::-1][:: classes.shape[2]], dim=1)
 
 
 def _spread(sets: tuple[Tensor, Tensor], which: Tensor | None) -> tuple[Tensor, Tensor]:

@@ -69,6 +69,11 @@ class TablePolicy:
         """
         Experience(env, config.seed)
 
+    @property
+    def action_repeat(self) -> int:
+        """Steps for which an action is held: 1."""
+        return 1
+
     def reseed(self, seed: int) -> None:
         """Let what the policy draws begin anew from a seed."""
         self._generator = np.random.default_rng(seed)

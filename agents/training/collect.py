@@ -12,12 +12,13 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.vector.utils import concatenate, create_empty_array
 
-from ltlc.envs import LTLVectorWrapper
+from ltlc.envs import HeldActions, LTLVectorWrapper
 from ltlc.envs.action_masks import MASK
 from ltlc.errors import InvalidArgumentError
 from ltlc.graph import bits
 from ltlc.rewards import RewardTables
 
+from ..agent import Agent
 from ..encoder import ObservationEncoder, without_texts
 from ..transitions import TransitionBatch
 from .contents import Content
@@ -162,6 +163,7 @@ class Collector:
         n = interface.env.num_envs
         self.packed: npt.NDArray[Any] = np.zeros((n, encoder.width), dtype=encoder.dtype)
         self.states = np.zeros(n, dtype=np.int64)
+        self._held = HeldActions(1, interface.n_actions)
         self._ended: list[tuple[int, Episode]] = []
         self._totals = np.zeros((4, n))
         self._done = np.zeros(n, dtype=np.bool_)
@@ -212,6 +214,7 @@ class Collector:
         self._see(observations, infos)
         self._totals[:] = 0
         self._done[:] = False
+        self._held.clear()
 
     def step(self, actions: npt.NDArray[np.int64]) -> TransitionBatch:
         """Carry out one action in each sub-environment; the rows of those that only began an episode are left out."""
@@ -246,6 +249,18 @@ class Collector:
             copy=np.flatnonzero(real),
             ended=done[real],
         )
+
+    def follow(self, agent: Agent) -> TransitionBatch:
+        """Carry out what an agent's policy chooses in each sub-environment; actions are held as long as it says."""
+        if self._held.repeat != agent.action_repeat:
+            self._held = HeldActions(agent.action_repeat, agent.n_actions)
+        deciding = self._held.deciding(len(self.packed))
+        chosen = np.zeros(len(deciding), dtype=np.int64)
+        if deciding.any():
+            chosen[deciding] = agent.packed_policy(self.packed[deciding], self.states[deciding])
+        steps = self.step(self._held.keep(chosen, deciding))
+        self._held.advance(steps.copy, steps.ended)
+        return steps
 
     def _split(self, actions: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """The table states after the choices in the actions, and what the environment is asked to do."""

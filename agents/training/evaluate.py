@@ -173,7 +173,7 @@ def rollout(
     episodes: list[Episode] = []
     finished = np.zeros(env.num_envs, dtype=np.int64)
     for _ in range(-(-max_steps // env.num_envs)):
-        collector.step(agent.packed_policy(collector.packed, collector.states))
+        collector.follow(agent)
         for i, episode in collector.take_episodes():
             if finished[i] < quota:
                 episodes.append(episode)

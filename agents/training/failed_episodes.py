@@ -83,7 +83,7 @@ def failed_episodes(
     words: list[list[Letter]] = [[letter] for letter in watcher.labels]
     done: list[list[Letter]] = []
     for _ in range(max_steps * (episodes // env.num_envs + 2)):
-        watcher.step(agent.packed_policy(watcher.packed, watcher.states))
+        watcher.follow(agent)
         ended = {i for i, _ in watcher.take_episodes()}
         for i, letter in enumerate(watcher.labels):
             if i in ended:

@@ -53,7 +53,7 @@ def draw_episodes(
     places, states = [[scene.position for scene in scenes]], [env.automaton_state]
     ended: dict[int, Episode] = {}
     for _ in range(max_steps):
-        collector.step(agent.packed_policy(collector.packed, collector.states))
+        collector.follow(agent)
         places.append([scene.position for scene in scenes_of(env)])
         states.append(env.automaton_state)
         for i, episode in collector.take_episodes():

@@ -10,6 +10,7 @@ from ltlc.envs.discretised import DiscretisedActions, DiscretisedVectorActions, 
 from ltlc.envs.flat_world import FlatWorld, VectorFlatWorld
 from ltlc.envs.grid import GridWorld, VectorGridWorld
 from ltlc.envs.grid_map import HOLD, GridMap, grid_map
+from ltlc.envs.held_actions import HeldActions
 from ltlc.envs.labels import LABELLERS, LabelFunction, register_labeller
 from ltlc.envs.letter_world import LetterWorld, VectorLetterWorld
 from ltlc.envs.protocol import DrawnEnv, MappedEnv, ModelledEnv
@@ -34,6 +35,7 @@ __all__ = [
     "FlatWorld",
     "GridMap",
     "GridWorld",
+    "HeldActions",
     "LTLVectorWrapper",
     "LTLWrapper",
     "LabelFunction",

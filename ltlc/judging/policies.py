@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
+from ltlc.envs.held_actions import HeldActions
 from ltlc.envs.labels import described, shown
 from ltlc.envs.observation import observer
 from ltlc.errors import InvalidArgumentError, LtlcError
@@ -108,11 +109,18 @@ class _Agent(Actor):
         seen, n_states = agent.encoder.space, agent.tables.n_states
         super().__init__(space, observer("dict", seen, n_states).space)
         self.agent = agent
+        self.remembers = agent.action_repeat > 1
+        self._held = HeldActions(agent.action_repeat, agent.n_actions)
         agent.reseed(0)
+
+    def reset(self) -> None:
+        self._held.clear()
 
     def act(self, observations: Sequence[Any], masks: Array | None) -> Array:
         states = np.array([seen["automaton"] for seen in observations])
         actions = self.agent.policy(_stacked([seen["observation"] for seen in observations]), states)
+        actions = self._held.keep(actions, self._held.deciding(len(actions)))
+        self._held.advance(np.arange(len(actions)), np.zeros(len(actions), dtype=np.bool_))
         return np.asarray(self.first + actions)
 
 

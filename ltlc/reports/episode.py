@@ -67,8 +67,7 @@ def episode_of(run: RunFolder, agent: Agent, board: Board | None, seed: int = 0)
 
         steps = [letter()]
         for _ in range(MOST_STEPS):
-            action = agent.packed_policy(collector.packed, collector.states)
-            collector.step(action)
+            action = collector.follow(agent).action
             _, rewards, terminated, truncated, infos = heard.said
             number = int(action[0]) % interface.n_actions
             steps.append({

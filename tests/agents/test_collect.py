@@ -15,7 +15,7 @@ from ltlc.agents.double_dqn.replay import ReplayBuffer, ReplaySize
 from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.training.collect import Collector, Interface
 from ltlc.agents.transitions import TransitionBatch
-from ltlc.envs import LTLVectorWrapper, LTLWrapper, VectorGridWorld
+from ltlc.envs import HeldActions, LTLVectorWrapper, LTLWrapper, VectorGridWorld
 from ltlc.errors import InvalidArgumentError
 from ltlc.task import Task
 
@@ -172,20 +172,68 @@ def test_the_buffer_gives_back_the_newest_steps_whole(mode: AutoresetMode) -> No
 def test_segments_are_steps_that_followed_one_another(mode: AutoresetMode) -> None:
     buffer, made = filled(mode, 40, ReplaySize(36, 20, 3))
     found = buffer.sample_segments(400, 4, torch.Generator().manual_seed(0))
-    assert found.observation.shape == (400, 5, 1) and found.letter_class.shape == (400, 4)
+    assert found.observation.shape == (400, 5, 1) and found.letter_class.shape == (400, 4, 1)
     following = [pair for steps in made for pair in itertools.pairwise(steps)]
     seen = 0
     for i in range(400):
         for t in range(3):
             if found.real[i, t] and found.real[i, t + 1]:
                 one, two = (
-                    (int(found.observation[i, k, 0]), int(found.action[i, k]), bool(found.terminated[i, k]))
+                    (int(found.observation[i, k, 0]), int(found.action[i, k]), bool(found.terminated[i, k, 0]))
                     for k in (t, t + 1)
                 )
                 assert any((a[0], a[2], a[5], b[0], b[2], b[5]) == (*one, *two) for a, b in following)
                 assert not one[2] and int(found.observation[i, t + 1, 0]) == one[0] + 2 * one[1] - 1
                 seen += 1
     assert seen > 100
+
+
+def test_segments_of_held_actions_are_whole_actions_of_one_episode() -> None:
+    repeat, copies, rng = 3, 2, np.random.default_rng(0)
+    holds, buffer = HeldActions(repeat, 4), buffer_of(ReplaySize(80, 20, copies, repeat), spaces.Discrete(10_000))
+    steps: dict[int, tuple[int, int, int, bool, bool]] = {}  # by observation: action, class, age, terminated, ended
+    at, age, everywhere = np.array([0, 5_000]), np.zeros(copies, dtype=np.int64), np.arange(copies)
+    for i in range(200):
+        deciding = holds.deciding(copies)
+        assert (deciding == (age % repeat == 0)).all()
+        action = holds.keep(rng.integers(4, size=copies), deciding)
+        letter, terminated = rng.integers(9, size=copies), rng.random(copies) < 0.06
+        ended = terminated | (rng.random(copies) < 0.04)
+        steps |= {int(at[c]): (int(action[c]), int(letter[c]), int(age[c]), bool(terminated[c]), bool(ended[c]))
+                  for c in everywhere}  # fmt: skip
+        buffer.add(TransitionBatch(
+            observation=at[:, None], state=0 * at, action=action, letter_class=letter, base_reward=1.0 * letter,
+            terminated=terminated, next_observation=at[:, None] + 1, copy=everywhere, ended=ended,
+        ))  # fmt: skip
+        holds.advance(everywhere, ended)
+        at, age = at + 1 + ended, np.where(ended, 0, age + 1)
+        if i == 150:
+            buffer.cut()
+            holds.clear()
+            at, age = at + 2, 0 * age
+        found = buffer.sample_segments(50, 4, torch.Generator().manual_seed(i))
+        whole = np.argwhere(found.real[:, :-1].numpy())
+        for n, t in whole:
+            start, last = int(found.observation[n, t, 0]), False
+            for k in range(repeat):
+                if not last:
+                    action_, letter_, age_, terminated_, last_ = steps[start + k]
+                    assert (action_, age_ % repeat) == (int(found.action[n, t]), k)
+                    assert found.letter_class[n, t, k] == found.base_reward[n, t, k] == letter_
+                    assert found.terminated[n, t, k] == terminated_
+                    assert not last_ or terminated_ or k == repeat - 1
+                    last = terminated_
+            assert last or found.observation[n, t + 1, 0] == start + repeat
+    assert len(whole) > 80 and found.letter_class.shape == (50, 4, repeat)
+
+
+def test_an_action_that_is_forbidden_is_held_no_longer() -> None:
+    holds, allowed = HeldActions(2, 3), np.ones((2, 3), dtype=np.bool_)
+    assert holds.keep(np.array([1, 5]), holds.deciding(2, allowed)).tolist() == [1, 5]  # the second with a choice
+    holds.advance(np.arange(2), np.zeros(2, dtype=np.bool_))
+    assert holds.keep(np.array([0, 0]), holds.deciding(2, allowed)).tolist() == [1, 2]
+    allowed[0, 1] = False
+    assert holds.deciding(2, allowed).tolist() == [True, False]
 
 
 def test_the_buffer_comes_back_from_its_state() -> None:

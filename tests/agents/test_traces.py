@@ -10,7 +10,7 @@ from gymnasium import spaces
 from small_tables import small_tables
 
 from ltlc.agents import DoubleDQN, DQNConfig
-from ltlc.agents.double_dqn.config import fitted_horizon
+from ltlc.agents.double_dqn.config import fitted_horizon, fitted_repeat
 from ltlc.agents.double_dqn.exploration import ExploringStarts, Whims
 from ltlc.agents.double_dqn.networks import near_best
 from ltlc.agents.double_dqn.replay import Segments
@@ -18,6 +18,7 @@ from ltlc.agents.tensor_tables import TensorTables
 from ltlc.agents.training.collect import Interface
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import LTLVectorWrapper, VectorGridWorld
+from ltlc.envs.flat_world import VectorFlatWorld
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables, get_scheme, value_bounds
 from ltlc.rewards.two_discount import TwoDiscount
@@ -35,15 +36,15 @@ def agent(tables: RewardTables, **changes: Any) -> DoubleDQN:
     return DoubleDQN(spaces.Discrete(N_OBSERVATIONS), N_ACTIONS, tables, config)
 
 
-def segments(count: int, length: int, n_classes: int, seed: int = 0) -> Segments:
+def segments(count: int, length: int, n_classes: int, seed: int = 0, repeat: int = 1) -> Segments:
     g = torch.Generator().manual_seed(seed)
     real = torch.rand((count, length + 1), generator=g) < 0.9
     return Segments(
         observation=torch.randint(N_OBSERVATIONS, (count, length + 1, 1), generator=g),
         action=torch.randint(N_ACTIONS, (count, length + 1), generator=g),
-        letter_class=torch.randint(n_classes, (count, length), generator=g),
-        base_reward=torch.randint(3, (count, length), generator=g).float(),
-        terminated=torch.rand((count, length), generator=g) < 0.1,
+        letter_class=torch.randint(n_classes, (count, length, repeat), generator=g),
+        base_reward=torch.randint(3, (count, length, repeat), generator=g).float(),
+        terminated=torch.rand((count, length, repeat), generator=g) < 0.1,
         real=real,
         place=torch.randint(N_OBSERVATIONS, (count, length + 1), generator=g),
     )
@@ -51,27 +52,30 @@ def segments(count: int, length: int, n_classes: int, seed: int = 0) -> Segments
 
 @pytest.mark.parametrize("tables", [small_tables(), CHOICE], ids=["plain", "choices"])
 @pytest.mark.parametrize("double", [False, True])
-def test_targets_equal_a_recursion_over_steps_and_states(tables: RewardTables, double: bool) -> None:
+@pytest.mark.parametrize("repeat", [1, 3])
+def test_targets_equal_a_recursion_over_steps_and_states(tables: RewardTables, double: bool, repeat: int) -> None:
     learner = agent(tables, double=double, trace_decay=0.75, output="linear")
-    found = segments(6, 5, tables.n_classes)
+    found = segments(6, 5, tables.n_classes, repeat=repeat)
     g = torch.Generator().manual_seed(1)
     shape = (6, 5, tables.n_states, N_ACTIONS)
     worth, online = torch.randn(shape, generator=g), torch.randn(shape, generator=g)
     targets = learner.trace_loss.targets(found, worth, online if double else worth)
     options = [[q, *(int(i) for i in row if i >= 0)] for q, row in enumerate(tables.select_pair)]
 
-    def target(i: int, t: int, q: int) -> float:
-        c = int(found.letter_class[i, t])
+    def target(i: int, t: int, q: int, k: int = 0) -> float:
+        c = int(found.letter_class[i, t, k])
         after = int(tables.next_state[q, c])
-        if found.terminated[i, t]:
+        if found.terminated[i, t, k]:
             following = tables.final_value[q, c] / 10
+        elif k < repeat - 1:
+            following = target(i, t, after, k + 1)
         else:
             each = [(o, a) for o in options[after] for a in range(N_ACTIONS)]
             best, action = max(each, key=lambda pair: float((online if double else worth)[i, t, pair[0], pair[1]]))
             following = float(worth[i, t, best, action])
             if t < 4 and found.real[i, t + 1] and action == int(found.action[i, t + 1]):
                 following += 0.75 * (target(i, t + 1, best) - following)
-        reward = tables.expected_reward[q, c] + float(found.base_reward[i, t])
+        reward = tables.expected_reward[q, c] + float(found.base_reward[i, t, k])
         return float(reward / 10 + tables.expected_discount[q, c] * following)
 
     for i in range(6):
@@ -84,8 +88,8 @@ def test_single_steps_have_the_targets_of_single_steps() -> None:
     learner, found = agent(small_tables(), trace_decay=1.0), segments(12, 1, 2)
     steps = TransitionBatch(
         observation=found.observation[:, 0], state=found.action[:, 0] % 2, action=found.action[:, 0],
-        letter_class=found.letter_class[:, 0], base_reward=found.base_reward[:, 0],
-        terminated=found.terminated[:, 0], next_observation=found.observation[:, 1],
+        letter_class=found.letter_class[:, 0, 0], base_reward=found.base_reward[:, 0, 0],
+        terminated=found.terminated[:, 0, 0], next_observation=found.observation[:, 1],
     )  # fmt: skip
     features = learner.encoder.features(steps.next_observation)
     worth, online = learner.target_network(features)[:, None], learner.q_network(features)[:, None]
@@ -211,6 +215,7 @@ def test_curiosity_looks_for_what_was_not_tried() -> None:
     sought = torch.full((5, 4, learner.tables.n_states, N_ACTIONS), -20.0)
     near = learner.trace_loss.novelty(found, sought)
     open_step = (learner.tables.next_state[0, found.letter_class.numpy()] == 0) & ~found.terminated.numpy()
+    open_step = open_step[..., 0]
     assert torch.allclose(near[..., 0][torch.from_numpy(open_step)], torch.tensor(0.98))
     assert not near[..., 0][torch.from_numpy(~open_step)].any()
 
@@ -219,7 +224,8 @@ def test_curiosity_looks_for_what_was_not_tried() -> None:
 def test_whims_are_as_frequent_as_epsilon_says(changes: dict[str, Any]) -> None:
     config = DQNConfig(**({"persistence": 20} | changes))
     whims, g = Whims(config, 3), torch.Generator().manual_seed(0)
-    odd = torch.stack([whims.draw(8, 0.3, g) >= 0 for _ in range(4_000)]).double().mean(dim=0)
+    everywhere = torch.ones(8, dtype=torch.bool)
+    odd = torch.stack([whims.draw(everywhere, 0.3, g) >= 0 for _ in range(4_000)]).double().mean(dim=0)
     if changes:
         assert torch.allclose(odd, torch.tensor(0.3).double(), atol=0.03)
     else:  # every second one goes on with what it has begun
@@ -227,7 +233,7 @@ def test_whims_are_as_frequent_as_epsilon_says(changes: dict[str, Any]) -> None:
         assert (odd[::2].diff() < 0.02).all() and (odd[1::2].diff() < 0.02).all()
         assert odd[0] == pytest.approx(0.3, abs=0.03)
     whims.clear()
-    assert (whims.draw(8, 0.0, g) < 0).all()
+    assert (whims.draw(everywhere, 0.0, g) < 0).all()
 
 
 def test_episodes_act_as_if_the_automaton_were_in_any_open_state() -> None:
@@ -268,3 +274,23 @@ def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> N
     told = Task("F A", get_scheme("two-discount", gamma=0.5))
     assert fitted(told) == (2000, told.tables)
     assert TwoDiscount().for_horizon(50) == TwoDiscount(gamma_accept=0.9, gamma=0.98)
+
+
+def test_actions_are_held_where_episodes_are_long_unless_somebody_says_so() -> None:
+    assert [fitted_repeat(steps) for steps in (None, 75, 499, 500, 1000, 10_000)] == [1, 1, 1, 2, 4, 4]
+
+    def held(observed: str, steps: int, **changes: Any) -> int:
+        world = VectorFlatWorld(2, max_episode_steps=steps) if observed == "box" else VectorGridWorld("S.A", 2)
+        formula = "F red" if observed == "box" else "F A"
+        config, _ = DoubleDQN.fitted(DQNConfig(**changes), Interface.of(LTLVectorWrapper(world, Task(formula))))
+        return config.held
+
+    assert held("box", 1000) == 4 and held("numbers", 1000) == 1
+    assert held("box", 1000, action_repeat=7) == 7 and held("box", 1000, trace_length=1) == 1
+    assert held("box", 1000, curiosity=0.5) == 1
+    with pytest.raises(InvalidArgumentError, match="set action_repeat to 1"):
+        held("numbers", 1000, action_repeat=2)
+    with pytest.raises(InvalidArgumentError, match="curiosity counts single steps"):
+        DQNConfig(action_repeat=2, curiosity=0.5)
+    with pytest.raises(InvalidArgumentError, match="action_repeat is 256; it must be at most 255"):
+        DQNConfig(action_repeat=256)

@@ -23,11 +23,14 @@ from ltlc.agents import (
     Progress,
     TrainingResult,
     greedy_policy,
+    rollout,
     train,
 )
 from ltlc.envs import (
+    FlatWorld,
     GridWorld,
     LTLVectorWrapper,
+    VectorFlatWorld,
     VectorGridWorld,
     labelled_mdp,
     recorded_automaton,
@@ -35,6 +38,7 @@ from ltlc.envs import (
     thesis_world,
 )
 from ltlc.errors import TrainingDiverged
+from ltlc.judging import judge
 from ltlc.mdp import Judge
 from ltlc.task import Task
 
@@ -54,6 +58,20 @@ def test_learned_policy_is_nearly_optimal_by_the_exact_judge(changes: dict[str, 
     result = train(grid(), DQNConfig(**(QUICK | changes)))
     judge = Judge(labelled_mdp(GridWorld(MAP, slip=0.05)), TASK)
     assert judge.regret(greedy_policy(result.agent)) < 0.02
+
+
+@pytest.mark.slow
+def test_what_is_learned_from_held_actions_holds_them() -> None:
+    circles, task = [("red", 0.5, 0.0, 0.3)], Task("F red & G !outside")
+
+    def world(copies: int) -> LTLVectorWrapper:
+        flat = VectorFlatWorld(copies, circles=circles, half_width=1.0, stride=0.05, max_episode_steps=100)
+        return LTLVectorWrapper(flat, task)
+
+    agent = train(world(16), DQNConfig(total_steps=8_000, hidden=(64,), action_repeat=3, seed=0)).agent
+    assert rollout(agent, world(50), 200).satisfied.value > 0.93
+    single = FlatWorld(circles=circles, half_width=1.0, stride=0.05)
+    assert judge(agent, single, task, episodes=50, max_steps=100).satisfaction > 0.9
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from ltlc.pictures import trajectories
 class East:
     """An agent that always goes one way."""
 
-    n_actions = 9
+    n_actions, action_repeat = 9, 1
 
     def __init__(self, env: LTLVectorWrapper) -> None:
         self.encoder = ObservationEncoder(Interface.of(env).space)
