@@ -25,13 +25,14 @@ from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
 from ..trunk import Trunk
 from ..value_agent import ValueAgent
-from .config import DQNConfig, fitted_horizon, fitted_repeat
+from .config import DQNConfig
 from .device import available, check_device
 from .exploration import ExploringStarts, Whims, with_random_choices
+from .fitting import fitted
 from .networks import Follower, QNetwork, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
-from .robustness import RobustEncoder, with_robustness
+from .robustness import RobustEncoder
 from .traces import TraceLoss, seek
 from .update import TDLoss
 
@@ -125,22 +126,13 @@ class DoubleDQN(ValueAgent):
     @classmethod
     def fitted(cls, config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTables | None]:
         """Fit the horizon and the outputs to an environment; see `ValueAgent`."""
-        counted = ObservationEncoder(interface.space, config.observation_input).n_observations > 0
-        config, wrapper = with_robustness(config.filled(numbered=counted), interface), interface.wrapper
-        if wrapper is None or wrapper.adds_base_reward:
-            return dataclasses.replace(config, output="linear", horizon=0), interface.tables
-        if config.action_repeat is None:
-            repeat = 1 if config.curiosity else fitted_repeat(interface.episode_steps)
-            config = dataclasses.replace(config, action_repeat=repeat)
-        if config.horizon is None:
-            config = dataclasses.replace(config, horizon=fitted_horizon(interface.episode_steps, counted=counted))
-        return config, wrapper.task.for_horizon(config.horizon or 0).tables
+        return fitted(config, interface)
 
     @classmethod
     def learned_task(cls, env: LTLVectorWrapper, config: DQNConfig) -> Task:
         """The task of an environment, with the discounts that are learned from."""
-        fitted, _ = cls.fitted(config, Interface.of(env))
-        return env.task.for_horizon(fitted.horizon or 0)
+        config, _ = cls.fitted(config, Interface.of(env))
+        return env.task.for_horizon(config.horizon or 0)
 
     @property
     def config(self) -> DQNConfig:

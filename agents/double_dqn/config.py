@@ -54,8 +54,8 @@ class DQNConfig(OffPolicyConfig):
         max_memory: gigabytes (1e9 bytes) that these may take; None: what is free on the device when training starts,
             and 4 gigabytes at most, which is less than `buffer_size` steps where observations are large.
         train_frequency: environment steps from one round of updates to the next, >= 1, whatever the number of
-            sub-environments. None: 8, or the root of `total_steps` / 4000 where that is more: four times the steps make
-            twice the updates.
+            sub-environments. None: 8, or the root of `total_steps` / 4000 where that is more, four times the steps
+            making twice the updates; of `total_steps` * `action_repeat` / 4000, where actions are held.
         gradient_steps: updates in a round, >= 1.
         tau: the target network moves this part of the way to the online network at each target update, in (0, 1].
             None: 0.1 where observations are numbered, and else 0.005, since what is learned of one place there moves
@@ -73,7 +73,7 @@ class DQNConfig(OffPolicyConfig):
             outputs are values (thesis).
         horizon: steps that the discount of the recommended scheme looks ahead: gamma = 1 - 1/horizon, gamma_accept = 1
             - sqrt((1 - gamma) / 2). A network cannot tell values apart that differ by less than its error, so it takes
-            shorter horizons than a table. None: a fifth of an episode, from 20 to 100, and 2000 where observations are
+            shorter horizons than a table. None: a fifth of an episode, from 20 to 200, and 2000 where observations are
             numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
         trace_length: consecutive steps that are drawn together and through which targets go back as long as actions
             were greedy, >= 1; 1: steps are drawn one by one, and the loss is the square of the error (thesis). Longer
@@ -152,7 +152,7 @@ class DQNConfig(OffPolicyConfig):
     advantage_learning: float | None = None
     final_advantage_learning: float | None = None
     temperature: float = 0.15
-    buffer_size: int = 200_000
+    buffer_size: int = 1_000_000
     max_memory: float | None = None
     train_frequency: int | None = None
     gradient_steps: int = 1
@@ -275,7 +275,7 @@ class DQNConfig(OffPolicyConfig):
             tau, curiosity, advantage, final, rows = 0.005, 0.0, 0.9, 0.97, _BATCH
         advantage = advantage if self.advantage_learning is None else self.advantage_learning
         final = max(advantage, final) if advantage else 0.0
-        frequency = max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps / _UNHURRIED)))
+        frequency = max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps * self.held / _UNHURRIED)))
         return dataclasses.replace(
             self,
             train_frequency=frequency if self.train_frequency is None else self.train_frequency,
@@ -296,27 +296,6 @@ class DQNConfig(OffPolicyConfig):
     def learning_rate_at(self, steps: int) -> float:
         """Learning rate after so many environment steps."""
         return between(self.learning_rate, self.final_learning_rate, steps / self.total_steps)
-
-
-def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
-    """Steps to look ahead where nobody says how many; see `DQNConfig.horizon`.
-
-    Args:
-        episode_steps: where episodes are cut; None: unknown.
-        counted: whether observations are numbered.
-    """
-    if counted:
-        return 2000
-    return 100 if episode_steps is None else min(max(episode_steps // 5, 20), 100)
-
-
-def fitted_repeat(episode_steps: int | None) -> int:
-    """Steps to hold an action for where nobody says how many; see `DQNConfig.action_repeat`.
-
-    Args:
-        episode_steps: where episodes are cut; None: unknown.
-    """
-    return 1 if episode_steps is None else min(max(episode_steps // 250, 1), 4)
 
 
 _PLAIN: dict[str, Any] = {

@@ -71,10 +71,10 @@ def test_targets_do_not_know_of_it() -> None:
     worth = torch.rand((3, 4, near.tables.n_states, 3), generator=generator)
     segments: Any = type("Segments", (), {})()
     segments.action = torch.randint(3, (3, 5), generator=generator)
-    segments.letter_class = torch.randint(near.tables.n_classes, (3, 4), generator=generator)
-    segments.terminated = torch.rand((3, 4), generator=generator) < 0.2
+    segments.letter_class = torch.randint(near.tables.n_classes, (3, 4, 1), generator=generator)
+    segments.terminated = torch.rand((3, 4, 1), generator=generator) < 0.2
     segments.real = torch.ones((3, 5), dtype=torch.bool)
-    segments.base_reward = torch.zeros((3, 4))
+    segments.base_reward = torch.zeros((3, 4, 1))
     first, second = (learner.trace_loss.targets(segments, worth, worth) for learner in (near, without))
     assert torch.equal(first, second)
 

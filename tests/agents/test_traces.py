@@ -10,8 +10,8 @@ from gymnasium import spaces
 from small_tables import small_tables
 
 from ltlc.agents import DoubleDQN, DQNConfig
-from ltlc.agents.double_dqn.config import fitted_horizon, fitted_repeat
 from ltlc.agents.double_dqn.exploration import ExploringStarts, Whims
+from ltlc.agents.double_dqn.fitting import fitted_horizon, fitted_repeat
 from ltlc.agents.double_dqn.networks import near_best
 from ltlc.agents.double_dqn.replay import Segments
 from ltlc.agents.tensor_tables import TensorTables
@@ -260,7 +260,7 @@ def test_episodes_act_as_if_the_automaton_were_in_any_open_state() -> None:
 
 
 def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> None:
-    assert [fitted_horizon(steps, counted=False) for steps in (None, 75, 300, 5000)] == [100, 20, 60, 100]
+    assert [fitted_horizon(steps, counted=False) for steps in (None, 75, 300, 5000)] == [100, 20, 60, 200]
 
     def fitted(task: Task, **changes: Any) -> tuple[int | None, RewardTables | None]:
         env = LTLVectorWrapper(VectorGridWorld("S.A", 2), task)
