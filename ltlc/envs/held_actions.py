@@ -46,8 +46,9 @@ class HeldActions:
         free = self._age % self.repeat == 0
         return np.asarray(free if allowed is None else free | ~allowed[np.arange(n), self._action])
 
-    def keep(self, chosen: IntArray, deciding: BoolArray) -> IntArray:
+    def keep(self, chosen: npt.ArrayLike, deciding: BoolArray) -> IntArray:
         """The actions chosen where there was a choice, which are held from now on, and elsewhere those held."""
+        chosen = np.asarray(chosen, dtype=np.int64)
         self._action = np.where(deciding, chosen % self.n_actions, self._action)
         return np.where(deciding, chosen, self._action)
 

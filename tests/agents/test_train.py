@@ -62,7 +62,7 @@ def test_learned_policy_is_nearly_optimal_by_the_exact_judge(changes: dict[str, 
 
 @pytest.mark.slow
 def test_what_is_learned_from_held_actions_holds_them() -> None:
-    circles, task = [("red", 0.5, 0.0, 0.3)], Task("F red & G !outside")
+    circles, task = [("red", 0.5, 0.0, 0.3)], Task("!outside U red")
 
     def world(copies: int) -> LTLVectorWrapper:
         flat = VectorFlatWorld(copies, circles=circles, half_width=1.0, stride=0.05, max_episode_steps=100)
