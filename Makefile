@@ -14,7 +14,7 @@ OLDEST_TESTS = $(shell grep -LE '^(from|import) (torch|ltlc\.agents|ltlc\.cli)' 
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-oldest test-rllib check format clean
+.PHONY: help demo test test-fast test-hosts test-oldest test-rllib check format clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -33,6 +33,10 @@ test-oldest: $(OLDEST)/.installed  ## test what needs no torch with the oldest d
 
 test-rllib: $(RLLIB)/.installed  ## test RLlib, which pins Gymnasium, and sweeps on Ray in an environment of its own
 	$(RLLIB)/bin/python -m pytest -q tests/bridges/test_rllib.py tests/sweeps/test_ray.py
+	LTLC_HOSTS=1 $(RLLIB)/bin/python -m pytest -q tests/bridges/test_hosts.py -k rllib
+
+test-hosts: $(INSTALLED) $(PEERS)  ## learn one task file in every library but RLlib, Atari among them, and judge it
+	LTLC_HOSTS=1 $(PYTEST) -q tests/bridges/test_hosts.py
 
 check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .
@@ -61,7 +65,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 # Other people's tools, for comparison; tests are skipped where one cannot be installed.
 $(PEERS): $(INSTALLED)
 	@echo "installing the tools that tests compare with (once) ..."
-	@for p in spottl stormpy stable-baselines3 sb3-contrib pettingzoo torchrl; do \
+	@for p in spottl stormpy stable-baselines3 sb3-contrib pettingzoo torchrl minigrid ale-py; do \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $$p || \
 		echo "no $$p for this system: its comparisons are skipped"; done
 	@touch $@

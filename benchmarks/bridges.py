@@ -1,16 +1,18 @@
-"""What stable-baselines3's DQN learns with one discount for all steps, with that of each step, and with both replays.
+"""What DQN of Stable-Baselines3 or RLlib learns with one discount for all steps, and with that of each step.
 
-    python benchmarks/bridges.py                       # three tasks, five seeds
+    python benchmarks/bridges.py                       # Stable-Baselines3: three tasks, five seeds
     python benchmarks/bridges.py detour --seeds 2 --steps 2000 --json bridges.json
+    .venv-rllib/bin/python benchmarks/bridges.py --host rllib  # the environment that make test-rllib makes
 
-All three have the same network, the same rewards (two-discount, gamma_accept 0.5, gamma 0.99) and as many steps; what
-they learn is judged exactly. One discount for all steps is that of stable-baselines3, 0.99.
+All ways of a host have the same network, rewards (two-discount, gamma_accept 0.5, gamma 0.99) and number of steps;
+what they learn is judged exactly. One discount for all steps is that of both hosts, 0.99.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +23,11 @@ from gymnasium.wrappers import TimeLimit
 from suite_tasks import load_suite
 
 import ltlc
-from ltlc.bridges.stable_baselines3 import replay
 from ltlc.mdp import LabelledMDP
 from ltlc.rewards import get_scheme
 
 STEPS, EPISODE_STEPS = 3000, 50
-WAYS: dict[str, dict[str, bool] | None] = {
-    "one discount": None,
-    "of each step": {"counterfactual": False},
-    "counterfactual": {"counterfactual": True},
-}
+WAYS = {"sb3": ("one discount", "of each step", "counterfactual"), "rllib": ("one discount", "of each step")}
 
 
 class Model(gym.Env[Any, Any]):
@@ -85,13 +82,19 @@ def tasks() -> dict[str, tuple[LabelledMDP, str]]:
     }
 
 
-def learned(mdp: LabelledMDP, formula: str, way: dict[str, bool] | None, seed: int, steps: int) -> float:
-    """The exact satisfaction probability of what DQN has learned."""
+def wrapped(mdp: LabelledMDP, formula: str) -> gym.Env[Any, Any]:
+    task = ltlc.Task(formula, get_scheme("two-discount", gamma_accept=0.5, gamma=0.99))
+    return TimeLimit(ltlc.LTLWrapper(Model(mdp), task, observation="flat", warn_discount=False), EPISODE_STEPS)
+
+
+def learned_by_sb3(mdp: LabelledMDP, formula: str, way: str, seed: int, steps: int) -> float:
+    """The exact satisfaction probability of what DQN of Stable-Baselines3 has learned."""
     from stable_baselines3 import DQN
 
-    task = ltlc.Task(formula, get_scheme("two-discount", gamma_accept=0.5, gamma=0.99))
-    env = TimeLimit(ltlc.LTLWrapper(Model(mdp), task, observation="flat", warn_discount=False), EPISODE_STEPS)
-    more = {} if way is None else replay(env, **way)
+    from ltlc.bridges.stable_baselines3 import replay
+
+    env = wrapped(mdp, formula)
+    more = {} if way == "one discount" else replay(env, counterfactual=way == "counterfactual")
     model = DQN(
         "MlpPolicy", env, learning_rate=1e-3, learning_starts=200, train_freq=1, target_update_interval=50,
         exploration_fraction=0.8, exploration_final_eps=0.1, policy_kwargs={"net_arch": [64]}, seed=seed, device="cpu",
@@ -100,19 +103,55 @@ def learned(mdp: LabelledMDP, formula: str, way: dict[str, bool] | None, seed: i
     return ltlc.judge(model.learn(steps), env, exact=True).satisfaction
 
 
+def learned_by_rllib(mdp: LabelledMDP, formula: str, way: str, seed: int, steps: int) -> float:
+    """The exact satisfaction probability of what DQN of RLlib has learned; it updates every fourth step."""
+    from ray.rllib.algorithms.dqn import DQNConfig
+
+    from ltlc.bridges.rllib import judged_module, register_task, replay
+
+    plain = {"type": "EpisodeReplayBuffer", "capacity": 20_000}
+    config = (
+        DQNConfig()
+        .environment(register_task("task", lambda: wrapped(mdp, formula)))
+        .env_runners(num_env_runners=0, rollout_fragment_length=4)
+        .training(
+            gamma=0.99, lr=1e-3, train_batch_size_per_learner=64, training_intensity=64, n_step=1, num_atoms=1,
+            num_steps_sampled_before_learning_starts=200, target_network_update_freq=50, double_q=True, dueling=False,
+            epsilon=[(0, 1.0), (int(0.8 * steps), 0.1)],
+            replay_buffer_config=plain if way == "one discount" else replay(20_000),
+        )
+        .rl_module(model_config={"fcnet_hiddens": [64], "fcnet_activation": "relu", "head_fcnet_hiddens": []})
+        .reporting(min_sample_timesteps_per_iteration=1000, min_time_s_per_iteration=0)
+        .debugging(seed=seed, log_level="ERROR")
+    )  # fmt: skip
+    algorithm = config.build_algo()
+    while int(algorithm.train()["num_env_steps_sampled_lifetime"]) < steps:
+        pass
+    found = judged_module(algorithm.get_module(), wrapped(mdp, formula), exact=True).satisfaction
+    algorithm.stop()
+    return found
+
+
+HOSTS: dict[str, Callable[[LabelledMDP, str, str, int, int], float]] = {
+    "sb3": learned_by_sb3,
+    "rllib": learned_by_rllib,
+}
+
+
 def main() -> None:
     known = tasks()
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("tasks", nargs="*", choices=[*known, []], default=list(known))
+    parser.add_argument("tasks", nargs="*", choices=[*known, []])
+    parser.add_argument("--host", choices=list(HOSTS), default="sb3")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--steps", type=int, default=STEPS)
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     torch.set_num_threads(1)
     found: dict[str, dict[str, list[float]]] = {}
-    for name in given.tasks:
-        for label, way in WAYS.items():
-            values = [learned(*known[name], way, seed, given.steps) for seed in range(given.seeds)]
+    for name in given.tasks or known:
+        for label in WAYS[given.host]:
+            values = [HOSTS[given.host](*known[name], label, seed, given.steps) for seed in range(given.seeds)]
             found.setdefault(name, {})[label] = values
             shown = " ".join(f"{value:.3f}" for value in values)
             print(f"{name:12} {label:15} mean {np.mean(values):.3f}   {shown}", flush=True)

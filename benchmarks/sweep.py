@@ -38,7 +38,7 @@ steps = 1000
 num_envs = 2
 [formulas]
 reach = "F goal & G !hole"
-stay = "F G goal"
+live = "G F goal"
 safe = "G !hole"
 [environments]
 lake = {{ env = "FrozenLake-v1", labels = "sensors.py:lake", episode_steps = 40 }}

@@ -10,14 +10,15 @@ import ltlc
 from ltlc.envs import GridWorld, VectorGridWorld
 
 MAP, LABELS = ("S..k", ".##.", "..x.", "...g"), {"k": "key", "g": "goal", "x": "pit"}
+TASK = "!pit U (key & (!pit U goal))"  # or an automaton
 N_ENVS, SIZE, BATCH = 8, 20_000, 64
 
 
-def main(total=12_000):
+def main(total=12_000, task=TASK):
     torch.manual_seed(0)
     torch.set_num_threads(1)
     random = np.random.default_rng(0)
-    task = ltlc.Task("!pit U (key & (!pit U goal))").for_horizon(50)
+    task = ltlc.Task(task).for_horizon(50)
     world = VectorGridWorld(MAP, N_ENVS, labels=LABELS, slip=0.1, actions=4, max_episode_steps=50)
     envs = ltlc.LTLVectorWrapper(world, task, observation="flat", warn_discount=False)  # 1: the task around the world
     width, n_actions = envs.single_observation_space.shape[0], int(envs.single_action_space.n)
@@ -55,7 +56,9 @@ def main(total=12_000):
             optimizer.step()
         if step % 25 == 0:
             target.load_state_dict(q.state_dict())
-    print(ltlc.judge(q, GridWorld(MAP, labels=LABELS, slip=0.1, actions=4), task))
+    found = ltlc.judge(q, GridWorld(MAP, labels=LABELS, slip=0.1, actions=4), task)
+    print(found)
+    return found
 
 
 if __name__ == "__main__":

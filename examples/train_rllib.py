@@ -6,18 +6,20 @@ from gymnasium.wrappers import TimeLimit
 from ray.rllib.algorithms.dqn import DQNConfig
 
 import ltlc
-from ltlc.bridges.rllib import judged, register_task, replay
+from ltlc.bridges.rllib import judged, judged_module, register_task, replay
 from ltlc.envs import GridWorld
 
 MAP, LABELS = ("S..k", ".##.", "..x.", "...g"), {"k": "key", "g": "goal", "x": "pit"}
+TASK = "!pit U (key & (!pit U goal))"  # or an automaton
 
 
-def make():
-    task = ltlc.Task("!pit U (key & (!pit U goal))").for_horizon(50)
-    return TimeLimit(ltlc.LTLWrapper(GridWorld(MAP, labels=LABELS, slip=0.1, actions=4), task, observation="flat"), 50)
+def main(total=8_000, task=TASK):
+    task = ltlc.Task(task).for_horizon(50)
 
+    def make():
+        world = GridWorld(MAP, labels=LABELS, slip=0.1, actions=4)
+        return TimeLimit(ltlc.LTLWrapper(world, task, observation="flat", warn_discount=False), 50)
 
-def main(total=8_000):
     config = (
         DQNConfig()
         .environment(register_task("key-and-goal", make))
@@ -46,7 +48,9 @@ def main(total=8_000):
         print(f"{steps} steps: P(sat) {result['ltlc']['satisfaction']:.4f}", flush=True)
         if steps >= total:
             break
+    found = judged_module(algorithm.get_module(), make())
     algorithm.stop()
+    return found
 
 
 if __name__ == "__main__":

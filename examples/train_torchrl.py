@@ -22,13 +22,14 @@ def labels(one_hot):
     return {LABELS[c] for c in FLAT[int(one_hot.argmax())] if c in LABELS}
 
 
-def main(total=8_000):
+def main(total=8_000, task="!pit U (key & (!pit U goal))"):
     torch.manual_seed(0)
     torch.set_num_threads(1)
-    task = ltlc.Task("!pit U (key & (!pit U goal))").for_horizon(50)
+    task = ltlc.Task(task).for_horizon(50)
     world = GridWorld(MAP, labels=LABELS, slip=0.1, actions=4)
+    transform = LTLTransform(task, labels, warn_discount=False)  # with_discounts honours them
     both = CatTensors(["observation", "automaton"], "seen", del_keys=False, sort=False)
-    env = TransformedEnv(GymWrapper(world), Compose(LTLTransform(task, labels), both, StepCounter(50)))
+    env = TransformedEnv(GymWrapper(world), Compose(transform, both, StepCounter(50)))
     network = MLP(in_features=16 + task.tables.n_states, out_features=4, num_cells=[64], activation_class=torch.nn.ReLU)
     actor = QValueActor(network, in_keys=["seen"], spec=env.action_spec)
     explore = EGreedyModule(env.action_spec, eps_init=1.0, eps_end=0.05, annealing_num_steps=int(0.7 * total))
@@ -51,7 +52,8 @@ def main(total=8_000):
             found.backward()
             optimizer.step()
             update.step()
-    print(ltlc.judge(network, world, task))
+    print(found := ltlc.judge(network, world, task))
+    return found
 
 
 if __name__ == "__main__":

@@ -13,14 +13,13 @@ PLACES, MOVES = MultiDiscrete([5, 5]), Discrete(3)
 
 
 class Corridor(ParallelEnv):
-    """Two walkers on five cells, who shall meet in the middle when one of them has been at the left end."""
+    """Two walkers on five cells: one goes to the left end, then both meet in the middle, and none goes right."""
 
-    metadata, possible_agents = {"name": "corridor_v0", "render_modes": []}, ["walker_0", "walker_1"]
-    render_mode = None
+    metadata, render_mode, possible_agents = {"name": "corridor_v0", "render_modes": []}, None, ["walker_0", "walker_1"]
     observation_space, action_space = staticmethod(lambda agent: PLACES), staticmethod(lambda agent: MOVES)
 
     def reset(self, seed=None, options=None):
-        self.agents, self.steps, self.places = list(self.possible_agents), 0, np.array([1, 4])
+        self.agents, self.steps, self.places = list(self.possible_agents), 0, np.array([1, 3])
         return dict.fromkeys(self.agents, self.places), {agent: {} for agent in self.agents}
 
     def step(self, actions):
@@ -32,12 +31,12 @@ class Corridor(ParallelEnv):
 
 
 def labels(observations):
-    first, second = observations["walker_0"]
-    return {name for name, holds in (("key", 0 in (first, second)), ("met", first == second == 2)) if holds}
+    seen = tuple(observations["walker_0"].tolist())
+    return {name for name, holds in (("key", 0 in seen), ("goal", seen == (2, 2)), ("pit", 4 in seen)) if holds}
 
 
-def main(episodes=2000):
-    env = LTLParallelWrapper(Corridor(), "F(key & F met)", labels, warn_discount=False)
+def main(episodes=2000, task="!pit U (key & (!pit U goal))"):
+    env = LTLParallelWrapper(Corridor(), task, labels, warn_discount=False)
     random, values, met = np.random.default_rng(0), defaultdict(lambda: np.ones(3)), 0
     row = lambda agent, seen: values[agent, *seen["observation"].tolist(), seen["automaton"]]  # noqa: E731
     for episode in range(episodes):
@@ -54,6 +53,7 @@ def main(episodes=2000):
             seen = after
         met += not exploring and infos["walker_0"]["ltl"]["accepting"]
     print(f"the task was satisfied in {met} of the last 100 episodes")
+    return met / 100
 
 
 if __name__ == "__main__":

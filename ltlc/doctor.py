@@ -34,6 +34,7 @@ EXTRAS = {
     "torchrl": "TorchRL",
     "rllib": "RLlib",
     "ray": "sweeps on Ray",
+    "tensorboard": "learning curves in TensorBoard",
 }
 """what the extras of the package are for; those for its own development are left out."""
 _MODULES = {"graphviz-pure": None, "python-sat": "pysat"}

@@ -46,6 +46,7 @@ class Row:
         satisfaction: exact probability that its policy so far satisfies the formula.
         discounted_return: exact expected return of its policy so far.
         message: where it stands, in a few words; not in the file.
+        successes: of the episodes, those with an accepting step and no violation; not in the file.
     """
 
     steps: int
@@ -65,21 +66,39 @@ class Row:
     satisfaction: float | None = None
     discounted_return: float | None = None
     message: str = ""
+    successes: int | None = None
+
+    def to_dict(self) -> dict[str, float]:
+        """What is known, as numbers by name, for loggers such as `wandb.log`."""
+        values = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "message"}
+        return {name: value for name, value in values.items() if value is not None}
 
     @property
     def text(self) -> str:
         """The row for a person."""
+        return self.told()
+
+    def told(self, satisfaction: float | None = None) -> str:
+        """The row for a person.
+
+        Args:
+            satisfaction: the satisfaction probability of what has been learned so far; None: it is not known, and the
+                part of the episodes with an accepting step and no violation stands for it, exploration included.
+        """
         if self.satisfaction is not None and self.discounted_return is not None:
             return f"P(satisfied) {figure_text(self.satisfaction)}  return {figure_text(self.discounted_return)}"
         if self.value is not None:
             return self.message or f"own estimate {figure_text(self.value)}"
+        known = "" if satisfaction is None else f"P(satisfied) {figure_text(satisfaction)}  "
         if self.episode_return is None or self.violations is None:
-            return "no episode ended"
-        return f"return {self.episode_return:.1f}  violations {self.violations:.2f}"
+            return f"{known}no episode ended"
+        if not known and self.successes is not None and self.episodes:
+            known = f"P(satisfied) about {self.successes / self.episodes:.2f}  "
+        return f"{known}return {self.episode_return:.1f}  violations {self.violations:.2f}"
 
 
 TIMES_HEADER = ("steps", "seconds")
-_HEADER = tuple(field.name for field in fields(Row) if field.name not in ("seconds", "message"))
+_HEADER = tuple(field.name for field in fields(Row) if field.name not in ("seconds", "message", "successes"))
 
 
 class Metrics:
@@ -133,6 +152,7 @@ class Metrics:
             epsilon=epsilon,
             learning_rate=learning_rate,
             seconds=seconds,
+            successes=sum(e.acceptances > 0 and e.violations == 0 for e in episodes) if n else None,
         )
         self._episodes, self._losses = [], []
         self.write(row)
@@ -144,9 +164,8 @@ class Metrics:
             _append(self._folder / TIMES_FILE, csv_line([row.steps, row.seconds]))
             _append(self._folder / METRICS_FILE, csv_line(getattr(row, name) for name in _HEADER))
         if self._writer is not None:
-            for name in (*_HEADER, "seconds"):
-                value = getattr(row, name)
-                if value is not None and name != "steps":
+            for name, value in row.to_dict().items():
+                if name != "steps":
                     self._writer.add_scalar(name, value, row.steps)
 
     def state_dict(self) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ltlc.envs import LTLWrapper
+from ltlc.envs.wrapper import warn_discount_varies
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.judging import Judgement, judge
 
@@ -38,24 +39,24 @@ def register_task(name: str, make: Callable[[], Any]) -> str:
 
     Args:
         name: of the environment.
-        make: returns an environment in an `LTLWrapper`, with `observation="flat"` as default networks need.
+        make: returns an environment in an `LTLWrapper`, with `observation="flat"` as default networks need, and
+            `warn_discount=False` where the agent honours the discount of each step, see `replay`.
 
     Returns:
         The name.
     """
-    register_env(name, lambda config: _quiet(make()))
+    register_env(name, lambda config: make())
     return name
 
 
-def _quiet(env: Any) -> Any:
-    """The environment, whose wrapper does not warn that the discount of each step needs care."""
+def _wrapper(env: Any) -> LTLWrapper:
+    """The wrapper with the task."""
     inner = env
     while not isinstance(inner, LTLWrapper):
         if getattr(inner, "env", inner) is inner:
             raise InvalidArgumentError(f"{env} is not wrapped in an LTLWrapper")
         inner = inner.env
-    inner.warn_discount = False
-    return env
+    return inner
 
 
 class TaskEpisodeReplayBuffer(EpisodeReplayBuffer):
@@ -95,6 +96,22 @@ def replay(capacity: int = 50_000) -> dict[str, Any]:
     return {"type": f"{__name__}.{TaskEpisodeReplayBuffer.__name__}", "capacity": capacity}
 
 
+def warn_of_one_discount(config: Any, env: Any) -> None:
+    """Warn where an agent has one discount for all steps, and the task one for each.
+
+    Args:
+        config: of the agent.
+        env: in an `LTLWrapper`.
+
+    Warns:
+        RewardWarning: the agent has no replay buffer, or not that of `replay`.
+    """
+    buffer = getattr(config, "replay_buffer_config", None) or {}
+    kind = buffer.get("type", "")
+    if TaskEpisodeReplayBuffer.__name__ not in (str(kind).rpartition(".")[2], getattr(kind, "__name__", "")):
+        warn_discount_varies(_wrapper(env).task)
+
+
 def judged_module(module: Any, env: Any, **how: Any) -> Judgement:
     """Judge a module of RLlib, such as `algorithm.get_module()`, by its best actions.
 
@@ -103,7 +120,8 @@ def judged_module(module: Any, env: Any, **how: Any) -> Judgement:
         env: in an `LTLWrapper`, as it was for the training.
         how: further arguments of `ltlc.judge`.
     """
-    return judge(_Greedy(module, env.action_space), _quiet(env), **how)
+    _wrapper(env).warn_discount = False
+    return judge(_Greedy(module, env.action_space), env, **how)
 
 
 class _Greedy:
@@ -130,12 +148,17 @@ def judged(make: Callable[[], Any], every: int = 1, **how: Any) -> Any:
         how: further arguments of `ltlc.judge`.
 
     Returns:
-        The class, for `config.callbacks`. Results have `result["ltlc"]["satisfaction"]`, and its bounds.
+        The class, for `config.callbacks`; it calls `warn_of_one_discount`, too. Results have
+        `result["ltlc"]["satisfaction"]`, and its bounds.
     """
     from ray.rllib.callbacks.callbacks import RLlibCallback
 
     class Judged(RLlibCallback):
-        """Judges the module after an iteration."""
+        """Judges the module after an iteration, and warns where the agent does not honour the task's discounts."""
+
+        def on_algorithm_init(self, *, algorithm: Any, **_: Any) -> None:
+            """Look at how the agent discounts."""
+            warn_of_one_discount(algorithm.config, make())
 
         def on_train_result(self, *, algorithm: Any, result: dict[str, Any], **_: Any) -> None:
             """Judge, where it is time."""

@@ -17,6 +17,7 @@ from ltlc.automata import DFA, DRA
 from ltlc.automata.finite import spoken
 from ltlc.envs.labeller import Labeller, labeller_for
 from ltlc.envs.labels import LabelSource
+from ltlc.envs.wrapper import warn_discount_varies
 from ltlc.errors import InvalidArgumentError, MissingProgramError
 from ltlc.ltl import Formula
 from ltlc.task import Task
@@ -50,6 +51,11 @@ class LTLTransform(Transform):
         observation: the entry that labels look at.
         initial_label: whether the label of the first observation is read ("read") or not ("skip").
         seed: of the draws by which a task ends episodes.
+        warn_discount: whether to warn where the discount of the rewards is not the same at every step; say False where
+            losses weigh by it, see `with_discounts`.
+
+    Warns:
+        RewardWarning: see `warn_discount`.
 
     Raises:
         InvalidArgumentError: the task leaves the choice of a Rabin pair to the policy.
@@ -65,6 +71,7 @@ class LTLTransform(Transform):
         observation: str = "observation",
         initial_label: str = "read",
         seed: int = 0,
+        warn_discount: bool = True,
     ) -> None:
         super().__init__(in_keys=[observation], out_keys=[STATE, SHOWN, DISCOUNT, "ltl_violated", "ltl_accepting"])
         self.task = task if isinstance(task, Task) else Task(task)
@@ -74,6 +81,8 @@ class LTLTransform(Transform):
                 "the task has a choice between Rabin pairs, which is no part of an action here; take the rewards "
                 '"parity"'
             )
+        if warn_discount:
+            warn_discount_varies(self.task)
         self.n_states, self.skip = tables.n_states, initial_label == "skip"
         self._labeller: Labeller = labeller_for(labels, spoken(tables.aps), None)
         self._random = torch.Generator().manual_seed(seed)

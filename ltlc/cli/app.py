@@ -26,6 +26,7 @@ from ltlc.cli import (
     sweep,
     train,
 )
+from ltlc.cli.completion import words_of_bash
 from ltlc.cli.messages import complain, complain_of_system, shown_once
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.registry import import_plugins
@@ -90,7 +91,8 @@ def run(arguments: Sequence[str]) -> int:
         warnings.showwarning = shown_once()
         try:
             import_plugins()
-            code = command.main(list(arguments) or ["--help"], prog_name="ltlc", standalone_mode=False)
+            with words_of_bash():
+                code = command.main(list(arguments) or ["--help"], prog_name="ltlc", standalone_mode=False)
             sys.stdout.flush()
         except typer.TyperException as error:
             return _usage(error)

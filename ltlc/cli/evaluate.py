@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ltlc.cli import flags, spec
+from ltlc.cli import completion, flags, spec
 from ltlc.cli.judged import print_judgement
 from ltlc.cli.train import headings
 from ltlc.cli.verdicts import checks_of, fitted_text, maximum_text, print_checks, print_figures, warn_of_shortfall
@@ -37,7 +37,14 @@ def evaluate(
     run: Run,
     policy: Policy = None,
     env: Annotated[
-        str | None, typer.Option("--env", "-e", metavar="ID", help="Of --policy: the environment that it acts in.")
+        str | None,
+        typer.Option(
+            "--env",
+            "-e",
+            metavar="ID",
+            help="Of --policy: the environment that it acts in.",
+            autocompletion=completion.environments,
+        ),
     ] = None,
     labels: spec.Labels = None,
     variables: spec.Variables = None,

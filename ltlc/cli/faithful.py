@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def faithful(
     formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
-    env: Annotated[str, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")],
+    env: spec.GivenEnv,
     labels: spec.Labels = None,
     variables: spec.Variables = None,
     env_set: spec.EnvArguments = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from ltlc.cli import flags
+from ltlc.cli import completion, flags
 from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import given_automaton
 from ltlc.cli.values import assignments, kinds_of
@@ -29,9 +29,18 @@ Labels = Annotated[
         metavar="MODULE:NAME",
         help="A function of the observation that returns the names that hold, or a dict of predicates; or the name of "
         "registered ones: {labellers}.",
-        autocompletion=flags.names_of("labellers"),
+        autocompletion=completion.labels,
     ),
 ]
+_ENV = typer.Option(
+    "--env",
+    "-e",
+    metavar="ID",
+    help="An environment of Gymnasium's registry, or MODULE:ID.",
+    autocompletion=completion.environments,
+)
+Env = Annotated[str | None, _ENV]
+GivenEnv = Annotated[str, _ENV]
 Variables = Annotated[
     list[str] | None,
     typer.Option(

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, cast
 
 import typer
 
 from ltlc.cli import flags, spec
+from ltlc.cli import training_options as options
 from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
 from ltlc.cli.progress import training_display
@@ -31,60 +32,10 @@ COMPARED_UP_TO = 20_000
 """product states; in larger ones the optimum of the rewards takes long, and is compared with what is possible last."""
 
 
-Preset = Literal["default", "thesis"]
-Formula = Annotated[
-    str | None, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or - to read one.")
-]
-Env = Annotated[str | None, typer.Option("--env", "-e", metavar="ID", help="An environment of Gymnasium's registry.")]
-Agent = Annotated[
-    str, typer.Option("--agent", metavar="NAME", help="What learns: {agents}, or MODULE:NAME. See 'ltlc agents'.")
-]
-Hyper = Annotated[
-    list[str] | None,
-    typer.Option("--hyper", metavar="KEY=VALUE", help="A hyperparameter of the agent. May be repeated."),
-]
-Steps = Annotated[
-    int | None,
-    typer.Option("--steps", "-n", min=1, metavar="N", help="Environment steps in all.", show_default="the agent's"),
-]
-NumEnvs = Annotated[
-    int | None,
-    typer.Option(
-        "--num-envs",
-        min=1,
-        metavar="N",
-        help="Environments stepped together.",
-        show_default="64, or fewer where steps are few; thesis 1",
-    ),
-]
-Workers = Annotated[
-    int | None,
-    typer.Option("--workers", min=0, metavar="N", help="Processes that step slow environments.", show_default="0"),
-]
-Seed = Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of everything that is random.")]
-Config = Annotated[
-    Preset, typer.Option("--config", "-c", help="What double-dqn starts from; thesis: also its rewards.")
-]
-Out = Annotated[
-    str | None,
-    typer.Option(
-        "--out",
-        "-o",
-        metavar="DIR",
-        callback=flags.path_given,
-        help="The run folder.",
-        show_default="runs/TASK-ENV-SEED",
-    ),
-]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with the run in the folder.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the run in the folder.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")]
-
-
 # A parameter for each option makes it longer than functions are elsewhere.
 def train(
-    formula: Formula = None,
-    env: Env = None,
+    formula: options.Formula = None,
+    env: spec.Env = None,
     labels: spec.Labels = None,
     variables: spec.Variables = None,
     robustness: spec.Robustness = None,
@@ -101,18 +52,19 @@ def train(
     exclusive: flags.Exclusive = None,
     acceptance: flags.Acceptance = "state",
     translator: flags.Translator = "auto",
-    agent: Agent = "auto",
-    hyper: Hyper = None,
-    steps: Steps = None,
-    num_envs: NumEnvs = None,
-    workers: Workers = None,
-    seed: Seed = 0,
+    agent: options.Agent = "auto",
+    hyper: options.Hyper = None,
+    steps: options.Steps = None,
+    num_envs: options.NumEnvs = None,
+    workers: options.Workers = None,
+    seed: options.Seed = 0,
     device: flags.Device = None,
-    config: Config = "default",
-    out: Out = None,
-    resume: Resume = False,
-    force: Force = False,
-    quiet: Quiet = False,
+    config: options.Config = "default",
+    callback: options.Callback = None,
+    out: options.Out = None,
+    resume: options.Resume = False,
+    force: options.Force = False,
+    quiet: options.Quiet = False,
     json_: flags.Json = False,
 ) -> None:
     """Train an agent to satisfy a formula in an environment, and judge it.
@@ -161,7 +113,7 @@ def train(
             run.move_to(device)
         if resume and workers is not None:
             run.config = replace(run.config, workers=workers)
-        raise typer.Exit(_train(run, resume, quiet or json_, json_, memory))
+        raise typer.Exit(_train(run, resume, quiet or json_, json_, memory, _called(callback)))
 
 
 def _with_agent(
@@ -173,7 +125,7 @@ def _with_agent(
     num_envs: int | None,
     seed: int,
     device: str | None,
-    preset: Preset,
+    preset: options.Preset,
 ) -> tuple[RunConfig, Collection[str]]:
     """A run with an agent, whose hyperparameters are those given, and else what the other options imply.
 
@@ -266,7 +218,7 @@ def _chosen(
     frame: RunConfig,
     automaton: DRA,
     hyper: Sequence[str] | None,
-    preset: Preset,
+    preset: options.Preset,
     device: str | None,
 ) -> tuple[str, str | None]:
     """The name of the agent, and why it is this one if nobody named it."""
@@ -285,7 +237,19 @@ def _chosen(
     return chosen.agent, chosen.reason
 
 
-def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, memory: Any) -> int:
+def _called(source: str | None) -> Callable[[Any], Any]:
+    """The function that --callback names."""
+    if source is None:
+        return lambda progress: None
+    from ltlc.registry import import_object
+
+    function = import_object(source, "--callback")
+    if not callable(function):
+        raise InvalidArgumentError(f"--callback {source!r} is {function!r:.60}; it must be a function of the progress")
+    return cast("Callable[[Any], Any]", function)
+
+
+def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, memory: Any, called: Callable[[Any], Any]) -> int:
     """Train, judge and draw; the exit code."""
     total = run.config.hyperparameters.total_steps
     tell(run.automaton, run.config.env_spec, episodes=True)
@@ -297,8 +261,8 @@ def _train(run: RunFolder, resume: bool, quiet: bool, json_: bool, memory: Any) 
         complain(f"note: with {n_states} product states, it is judged last what the rewards teach")
     else:
         warn_of_shortfall(run.shortfall, run.learned_task)
-    with training_display(total, quiet=quiet) as display:
-        result = run.train(resume=resume, callback=display)
+    with training_display(total, quiet=quiet, judge=run.judge) as display:
+        result = run.train(resume=resume, callback=lambda now: (display(now), called(now))[1])
     if result.interrupted:
         again = spec.command_line("ltlc", "train", "--resume", "--out", str(run.path))
         kept = f"the checkpoint of step {result.saved_steps} is in {run.path}. Go on with: {again}"

@@ -165,16 +165,11 @@ def judge(
     if not 0 < confidence < 1:
         raise InvalidArgumentError(f"confidence is {confidence}, expected a number between 0 and 1")
     table = _as_table(policy)
-    place, actor = place_of(
-        env,
-        task,
-        labels,
-        lambda made: (
-            actor_of(policy, made.action_space, deterministic=deterministic)
-            if table is None
-            else Actor(made.action_space)
-        ),
-    )
+
+    def acting(made: Any) -> Actor:
+        return actor_of(policy, made.action_space, deterministic=deterministic)
+
+    place, actor = place_of(env, task, labels, acting if table is None else lambda made: Actor(made.action_space))
     why = "it was asked for" if exact is False else place.why_not
     if place.mdp is not None and exact is not False:
         found = Judge(place.mdp, place.task, initial_label=place.wrapper.initial_label)
@@ -182,8 +177,10 @@ def judge(
             table, why = _tabulated(found, place, actor)
         if table is not None:
             return Judgement(place.task, found, table, found.judge(table))
-    if exact or isinstance(policy, np.ndarray) or (table is not None):
+    if exact or isinstance(policy, np.ndarray | list):
         raise InvalidArgumentError(f"the policy cannot be judged exactly: {why}")
+    if table is not None:  # of an agent, which acts as well
+        place, actor = place_of(env, task, labels, acting)
     drawn = sample(
         place, actor, episodes=episodes, max_steps=max_steps, precision=precision, confidence=confidence, seed=seed
     )

@@ -18,7 +18,7 @@ import pytest
 
 import ltlc
 from ltlc.envs import GridWorld
-from ltlc.errors import InvalidArgumentError, MissingProgramError
+from ltlc.errors import InvalidArgumentError, MissingProgramError, RewardWarning
 
 try:
     with warnings.catch_warnings():
@@ -76,7 +76,18 @@ def test_what_it_cannot_honour_is_told() -> None:
     with pytest.raises(InvalidArgumentError, match="need n_step=1"):
         buffer.sample(num_items=1, n_step=3)
     with pytest.raises(InvalidArgumentError, match="not wrapped"):
-        bridge._quiet(gym.make("CartPole-v1"))
+        bridge._wrapper(gym.make("CartPole-v1"))
+
+
+def test_an_agent_with_one_discount_is_warned_of() -> None:
+    dqn = importlib.import_module("ray.rllib.algorithms.dqn").DQNConfig
+    ppo = importlib.import_module("ray.rllib.algorithms.ppo").PPOConfig
+    for config in (ppo(), dqn(), dqn().training(replay_buffer_config={"type": "EpisodeReplayBuffer"})):
+        with pytest.warns(RewardWarning, match=r"say warn_discount=False, or take.*'zeta-reach'.*gamma = 1"):
+            bridge.warn_of_one_discount(config, env())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bridge.warn_of_one_discount(dqn().training(replay_buffer_config=bridge.replay()), env())
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 import torch
 
 import ltlc
-from ltlc.errors import InvalidArgumentError, MissingProgramError
+from ltlc.errors import InvalidArgumentError, MissingProgramError, RewardWarning
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -137,3 +137,12 @@ def test_numpy_arrays_are_what_labels_see() -> None:
     transform = bridge.LTLTransform("F right", lambda x: seen.append(x) or set())
     envs.TransformedEnv(envs.GymEnv("CartPole-v1"), transform).reset()
     assert isinstance(seen[0], np.ndarray) and seen[0].shape == (4,)
+
+
+def test_discounts_of_steps_are_warned_of() -> None:
+    with pytest.warns(RewardWarning, match="say warn_discount=False, or take"):
+        bridge.LTLTransform(ltlc.Task(FORMULA, "two-discount"), LABELS)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bridge.LTLTransform(ltlc.Task(FORMULA, "two-discount"), LABELS, warn_discount=False)
+        bridge.LTLTransform(ltlc.Task(FORMULA, "zeta-reach"), LABELS)

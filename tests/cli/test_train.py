@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import textwrap
 from pathlib import Path
@@ -43,6 +44,7 @@ class TestTrain:
         out = capsys.readouterr().out
         assert "largest probability of satisfying the formula here is 0.823529" in out
         assert "return" in out and "violations" in out and "left" in out and "optimal for the rewards" in out
+        assert re.search(r"steps  P\(satisfied\) 0\.?\d*  return", out)
         place = Path("runs/f-goal-g-hole-frozenlake-v1-0")
         files = {path.name for path in place.iterdir()}
         assert {"config.json", "dra.json", "metrics.csv", "checkpoint.ltlc", "policy.ltlc", "result.json"} <= files
@@ -54,6 +56,24 @@ class TestTrain:
         assert json.loads(capsys.readouterr().out)["learned"] == result["learned"]
         assert run(["evaluate", str(place)]) == 0
         assert "Lost against the optimum" in capsys.readouterr().out
+
+    @pytest.mark.slow
+    def test_a_callback_gets_each_row_and_can_end_the_training(self, capsys: pytest.CaptureFixture[str]) -> None:
+        Path("mine.py").write_text(
+            "rows = []\n"
+            "def log(progress):\n"
+            "    print('logged', sorted(progress.row.to_dict())[:3])\n"
+            "    return progress.row.steps >= 200\n"
+            "wrong = 3\n"
+        )
+        options = ["--steps", "600", "--episode-steps", "10", "--out", "pole", *SMALL]
+        assert run(["train", *POLE, *options, "--callback", "mine:log"]) == 0
+        out = capsys.readouterr().out
+        assert "logged ['acceptances', 'episode_length', 'episode_return']" in out
+        assert re.search(r"steps  P\(satisfied\) about [01]\.\d\d  return", out)
+        assert 200 <= json.loads(Path("pole/result.json").read_text())["steps"] < 400
+        assert run(["train", *POLE, *options, "--force", "--callback", "mine:wrong"]) == 2
+        assert "must be a function" in capsys.readouterr().err
 
     @pytest.mark.slow
     def test_an_unknown_environment_is_sampled(self, capsys: pytest.CaptureFixture[str]) -> None:
