@@ -15,6 +15,7 @@ from ltlc.mdp import LabelledMDP, Product, max_satisfaction_probability
 from ltlc.mdp.figures import figure_text
 from ltlc.mdp.product_exploration import InitialLabel
 from ltlc.mdp.verdict import TOLERANCE, Judge
+from ltlc.notebook import fragment
 from ltlc.rewards import RECOMMENDED, SCHEMES, OnDeadlock, OnTermination, RewardScheme, arguments_of, get_scheme
 from ltlc.task import Task
 
@@ -117,6 +118,20 @@ class FaithfulnessReport:
     lower: float
     upper: float
     rows: tuple[Faithfulness, ...]
+
+    def _repr_html_(self) -> str:
+        """The table for a notebook."""
+        rows = [
+            (
+                row.name,
+                "" if row.objective is None else figure_text(row.objective),
+                row.problem or ("" if row.satisfaction is None else figure_text(row.satisfaction)),
+                "" if row.faithful is None or row.gap is None else "none" if row.faithful else figure_text(row.gap),
+            )
+            for row in self.rows
+        ]
+        heading = f"{self.formula or 'the task'}: at most {figure_text(self.maximum)} is possible"
+        return fragment(heading, rows, titles=("optimal for", "best return", "P(satisfied)", "loses"))
 
     def to_dict(self) -> dict[str, Any]:
         """The report as JSON values."""

@@ -14,6 +14,7 @@ from ltlc.automata.rabin import AcceptanceKind
 from ltlc.compiler import compile
 from ltlc.errors import InvalidArgumentError, RewardWarning, check_type
 from ltlc.ltl import Formula
+from ltlc.notebook import fragment
 from ltlc.rewards import RECOMMENDED, OnDeadlock, OnTermination, RewardScheme, RewardTables, get_scheme
 
 
@@ -128,6 +129,19 @@ class Task:
         if scheme == self.scheme:
             return self
         return Task(self.automaton, scheme, on_deadlock=self.on_deadlock, on_termination=self.on_termination)
+
+    def _repr_html_(self) -> str:
+        """The automaton and what is paid, for a notebook."""
+        automaton, tables = self.automaton, self.tables
+        discount = "one for each step" if self.discount is None else f"{self.discount:g}"
+        rows = [
+            ("automaton", automaton.size),
+            ("rewards", str(self.scheme)),
+            ("guarantee", self.scheme.guarantee),
+            ("discount", discount),
+            ("table states", str(tables.n_states)),
+        ]
+        return fragment(self.formula or "a task", rows, picture=automaton._repr_svg_() or "")
 
     def __repr__(self) -> str:
         return f"<Task {self.formula or 'of an unnamed language'}: {self.automaton.n_states} states, {self.scheme}>"

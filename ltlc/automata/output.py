@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ltlc.automata.formats import FORMATS
-from ltlc.errors import MissingProgramError
+from ltlc.errors import MissingProgramError, TimeLimitExceeded
 from ltlc.registry import import_object
 
 NOTEBOOK_STATES = 200
@@ -71,10 +71,16 @@ class Output(ABC):
         return self._text("svg")
 
     def _repr_svg_(self) -> str | None:
-        """The picture for a notebook, or None where nothing that draws is installed or there is too much to see."""
+        """The picture for a notebook, which shows the text of `repr` where there is None.
+
+        That is where nothing that draws is installed, there is too much to see, or the automaton has a form without
+        pictures.
+        """
+        if self.n_states > NOTEBOOK_STATES or "svg" not in getattr(self, "formats", ("svg",)):
+            return None
         try:
-            return self.to_svg() if self.n_states <= NOTEBOOK_STATES else None
-        except MissingProgramError:
+            return self.to_svg()
+        except (MissingProgramError, TimeLimitExceeded):
             return None
 
     @property

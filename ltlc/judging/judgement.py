@@ -18,7 +18,9 @@ from ltlc.judging.policies import Actor, actor_of
 from ltlc.judging.sampled import Sample, sample
 from ltlc.ltl import Formula
 from ltlc.mdp import Judge, PolicyVerdict
-from ltlc.mdp.figures import figure_text, verdict_values
+from ltlc.mdp.estimate import Estimate
+from ltlc.mdp.figures import exact_lines, figure_text, verdict_values
+from ltlc.notebook import bar, fragment
 from ltlc.prism import Exported, export_policy
 from ltlc.task import Task
 
@@ -95,6 +97,24 @@ class Judgement:
             }
             values["why_sampled"] = self.why_sampled
         return values
+
+    def _repr_html_(self) -> str:
+        """The verdict for a notebook: the sentence, a bar, and the exact figures, if they are."""
+        best = None if self.judge is None else self.judge.maximum.probability
+        (low, high), optimum = self.bounds, None if self.judge is None else self.judge.optimum
+        rows = []
+        if self.verdict is not None:
+            rows = [
+                (
+                    line.title,
+                    figure_text(float(line.learned), line.learned_bounds),
+                    "" if line.optimum is None else figure_text(line.optimum, line.optimum_bounds),
+                )
+                for line in exact_lines(self.verdict, optimum)
+                if not isinstance(line.learned, Estimate)
+            ]
+        titles = ("", "this policy", "best for the rewards") if rows else ()
+        return fragment(str(self), rows, titles=titles, picture=bar(low, self.satisfaction, high, best))
 
     def __str__(self) -> str:
         what = f"satisfies {self.task.formula or 'the task'}"

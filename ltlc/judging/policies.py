@@ -96,9 +96,10 @@ def actor_of(policy: Any, space: spaces.Space[Any], *, deterministic: bool = Tru
         return _Network(policy, space, deterministic)
     if callable(policy):
         return _Function(policy, space)
+    advice = "take its attribute agent; " if hasattr(policy, "agent") else ""
     raise InvalidArgumentError(
-        f"policy is of type {type(policy).__name__}; it must be a function of an observation, a model with a method "
-        "predict, a network of PyTorch, or an array over pairs of environment and automaton state"
+        f"policy is of type {type(policy).__name__}; {advice}it must be a function of an observation, a model with "
+        "a method predict, a network of PyTorch, or an array over pairs of environment and automaton state"
     )
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 from ltlc.mdp.estimate import Estimate
-from ltlc.mdp.verdict import Bounds, PolicyVerdict
+from ltlc.mdp.verdict import EXACT_TITLES, Bounds, PolicyVerdict
 
 PRECISION = 1e-12
 """what the linear systems of a verdict leave uncertain of a figure without proved bounds: 0 comes out as 1e-17."""
@@ -26,20 +26,6 @@ class Line(NamedTuple):
     optimum: float | None
     learned_bounds: Bounds | None = None
     optimum_bounds: Bounds | None = None
-
-
-EXACT_TITLES = {
-    "satisfaction": "P(formula satisfied)",
-    "discounted_return": "expected return, discounted",
-    "total_return": "expected return, undiscounted",
-    "steps": "steps per episode",
-    "violations_per_episode": "violations per episode",
-    "violations_per_step": "violations per step",
-    "first_acceptance_probability": "P(an accepting step in the episode)",
-    "first_acceptance_steps": "steps to the first acceptance",
-    "acceptances_per_1000_steps": "acceptances per 1000 steps",
-}
-"""titles of the figures of a `PolicyVerdict`, in reading order."""
 
 
 def exact_lines(verdict: PolicyVerdict, optimum: PolicyVerdict | None) -> list[Line]:

@@ -33,12 +33,26 @@ from ltlc.mdp.satisfaction import (
     satisfaction_probability,
 )
 from ltlc.mdp.value_iteration import Solution
+from ltlc.notebook import fragment
 
 Bounds = tuple[float, float]
 
 TOLERANCE = 1e-3
 """what a policy that is optimal for the rewards may miss of the maximum satisfaction probability, or half of that if it
 is less, before `Judge.falls_short` says so: schemes with a guarantee attain it in a limit only."""
+
+EXACT_TITLES = {
+    "satisfaction": "P(formula satisfied)",
+    "discounted_return": "expected return, discounted",
+    "total_return": "expected return, undiscounted",
+    "steps": "steps per episode",
+    "violations_per_episode": "violations per episode",
+    "violations_per_step": "violations per step",
+    "first_acceptance_probability": "P(an accepting step in the episode)",
+    "first_acceptance_steps": "steps to the first acceptance",
+    "acceptances_per_1000_steps": "acceptances per 1000 steps",
+}
+"""titles of the figures of a `PolicyVerdict`, in reading order."""
 
 
 class RefinedColumns(RewardColumns, Protocol):
@@ -93,6 +107,10 @@ class PolicyVerdict:
     first_acceptance_probability: float
     first_acceptance_steps: float
     acceptances_per_1000_steps: float
+
+    def _repr_html_(self) -> str:
+        """The figures for a notebook."""
+        return fragment("verdict", [(title, f"{getattr(self, name):.6g}") for name, title in EXACT_TITLES.items()])
 
 
 class Judge:

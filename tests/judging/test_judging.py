@@ -276,3 +276,28 @@ def test_agents_of_worlds_that_cannot_be_counted_are_sampled() -> None:
     assert judge(agent, world, of, episodes=10) == found
     with pytest.raises(InvalidArgumentError, match="the policy was made for"):
         judge(agent, LTLWrapper(world, of, observation="flat"), episodes=2)
+
+
+@pytest.mark.slow
+def test_agents_with_tables_are_sampled_where_the_dynamics_are_not_known() -> None:
+    from ltlc.agents import FittedQConfig, train
+
+    class Coin(gym.Env[Any, Any]):
+        observation_space, action_space = gym.spaces.Discrete(3), gym.spaces.Discrete(2)
+
+        def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+            super().reset(seed=seed)
+            return 0, {}
+
+        def step(self, action: Any) -> tuple[int, float, bool, bool, dict[str, Any]]:
+            return int(action) + 1, 0.0, True, False, {}
+
+    heads = {"heads": lambda seen: seen == 1}
+    envs = ltlc.LTLVectorWrapper(gym.vector.SyncVectorEnv([Coin] * 2), "F heads", heads)
+    result = train(envs, FittedQConfig(total_steps=2000))
+    found = judge(result.agent, Coin(), "F heads", labels=heads, episodes=50)
+    assert found.sample is not None and found.sample.satisfied == 50
+    with pytest.raises(InvalidArgumentError, match="the dynamics of Coin are not known"):
+        judge(result.agent, Coin(), "F heads", labels=heads, exact=True)
+    with pytest.raises(InvalidArgumentError, match="TrainingResult; take its attribute agent"):
+        judge(result, Coin(), "F heads", labels=heads)
