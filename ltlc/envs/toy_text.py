@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -67,8 +68,11 @@ class _CliffWalking(TableEnv):
 
 
 def adapted(env: Any) -> Any:
-    """An environment with a transition table as one with the methods of `ltlc.envs.protocol`; any other as it is."""
-    if getattr(env, "P", None) is None:
+    """An environment with a transition table as one with the methods of `ltlc.envs.protocol`; any other as it is.
+
+    One with a method `labelled_mdp` of its own stays as it is, whatever it calls `P`.
+    """
+    if not isinstance(getattr(env, "P", None), Mapping) or hasattr(env, "labelled_mdp"):
         return env
     if isinstance(env, FrozenLakeEnv):
         return _FrozenLake(env)

@@ -18,6 +18,7 @@ from ltlc.cli.app import run
 from ltlc.envs import GridWorld, MappedEnv, ModelledEnv, VectorGridWorld, board_of, labelled_mdp
 from ltlc.envs.spec import EnvSpec
 from ltlc.errors import InvalidArgumentError
+from ltlc.mdp import LabelledMDP
 
 CORRIDOR = '''
 import gymnasium as gym
@@ -186,3 +187,22 @@ def test_nothing_heavy_is_loaded_where_nothing_is_drawn_or_learned(code: str) ->
     code += "\nimport sys; print(*[name for name in ('matplotlib', 'torch') if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+@pytest.mark.parametrize("table", [{0: {0: [(1.0, 0, 0.0, False)]}}, np.eye(2)])
+def test_the_model_of_an_environment_itself_comes_before_its_table(table: Any) -> None:
+    class Own(gym.Env[Any, Any]):
+        observation_space, action_space, P = gym.spaces.Discrete(2), gym.spaces.Discrete(1), table
+
+        def labelled_mdp(self) -> LabelledMDP:
+            return LabelledMDP.from_arrays([[[0, 1], [0, 1]]])
+
+    assert labelled_mdp(Own(), lambda state: {"on"} if state else set()).n_states == 2
+
+
+def test_what_is_called_p_need_not_be_a_table() -> None:
+    class Odd(gym.Env[Any, Any]):
+        observation_space, action_space, P = gym.spaces.Discrete(2), gym.spaces.Discrete(1), np.eye(2)
+
+    with pytest.raises(InvalidArgumentError, match="the dynamics of Odd are not known"):
+        labelled_mdp(Odd(), lambda state: set())
