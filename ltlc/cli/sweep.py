@@ -45,14 +45,14 @@ def sweep(
     A file:
       seeds = 5
       steps = 10000
-      [formulas]
+      \\[formulas]
       reach = "F goal & G !hole"
-      [environments]
+      \\[environments]
       lake = { env = "FrozenLake-v1", labels = "lake:labels" }
-      [rewards]
+      \\[rewards]
       two-discount = {}
       short = { reward = "two-discount", gamma = 0.99 }
-      [agents]
+      \\[agents]
       fitted-q = {}
       q-learning = {}
 
