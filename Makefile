@@ -5,6 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 PEERS := $(VENV)/.peers
+DOCS := $(VENV)/.docs
 OLDEST := .venv-oldest
 RLLIB := .venv-rllib
 # those that load no PyTorch
@@ -14,7 +15,7 @@ OLDEST_TESTS = $(shell grep -LE '^(from|import) (torch|ltlc\.agents|ltlc\.cli)' 
 PYTEST = OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --maxprocesses 8 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast test-hosts test-oldest test-rllib check format clean
+.PHONY: help demo test test-fast test-hosts test-oldest test-rllib docs docs-links check format clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,6 +39,15 @@ test-rllib: $(RLLIB)/.installed  ## test RLlib, which pins Gymnasium, and sweeps
 test-hosts: $(INSTALLED) $(PEERS)  ## learn one task file in every library but RLlib, Atari among them, and judge it
 	LTLC_HOSTS=1 $(PYTEST) -q tests/bridges/test_hosts.py
 
+docs: $(INSTALLED) $(DOCS)  ## build the site into build/docs/html, strictly, and run all code in it
+	$(PYTEST) -q tests/house/test_readme.py tests/house/test_contributing.py tests/house/test_recipes.py \
+		tests/house/test_doctests.py tests/house/test_examples.py tests/house/test_docs.py -k "not cells"
+	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs build/docs/html
+	$(BIN)/python docs/_ext/site_check.py build/docs/html
+
+docs-links: $(INSTALLED) $(DOCS)  ## ask other hosts whether the links of the site lead somewhere
+	$(BIN)/python -m sphinx -q -D nb_execution_mode=off -b linkcheck docs build/docs/links
+
 check: $(INSTALLED)  ## lint, format, types, architecture
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -49,7 +59,7 @@ format: $(INSTALLED)  ## let ruff repair what it can
 	$(BIN)/ruff format .
 
 clean:  ## remove the environment and everything built
-	rm -rf $(VENV) $(OLDEST) $(RLLIB) build dist demo *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) $(OLDEST) $(RLLIB) build dist demo docs/generated *.egg-info .mypy_cache .ruff_cache .pytest_cache
 
 # Installed once; again only when what is to be installed has changed.
 $(INSTALLED): pyproject.toml constraints.txt
@@ -68,6 +78,11 @@ $(PEERS): $(INSTALLED)
 	@for p in spottl stormpy stable-baselines3 sb3-contrib pettingzoo torchrl minigrid ale-py; do \
 		$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt $$p || \
 		echo "no $$p for this system: its comparisons are skipped"; done
+	@touch $@
+
+$(DOCS): $(INSTALLED)
+	@echo "installing what builds the site (once) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	@touch $@
 
 $(OLDEST)/.installed: pyproject.toml constraints-oldest.txt
