@@ -17,7 +17,7 @@ from ltlc.errors import StateLimitExceeded, TimeLimitExceeded
 
 MAX_STATES = 100_000
 """of an automaton, where no other limit is given."""
-MAX_ENTRIES = 1 << 25
+MAX_ENTRIES = 1 << 26
 """a table with more entries, over all states and letter classes, counts as too many states."""
 _MOVES_PER_STATE = 20_000
 """and so does a state with more moves, and an automaton with more letters in the moves of all states:"""

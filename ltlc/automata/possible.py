@@ -26,7 +26,7 @@ from ltlc.errors import AlphabetLimitExceeded, ImpossibleLetterError, InvalidArg
 Possible = tuple[tuple[int, ...], ...]
 """The parts of an alphabet: for each, its possible combinations, ascending. A proposition in no part never holds."""
 
-MAX_APS = 20
+MAX_APS = 21
 """so many propositions fit into tables over letters where nothing is impossible."""
 MAX_LETTERS = 1 << MAX_APS
 _BITS = 62

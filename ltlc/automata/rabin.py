@@ -73,7 +73,7 @@ class DRA(Output):
 
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
-        AlphabetLimitExceeded: more than 20 propositions, or 2**20 possible letters.
+        AlphabetLimitExceeded: more than 21 propositions, or 2**21 possible letters.
     """
 
     aps: tuple[str, ...]

@@ -30,6 +30,8 @@ from ltlc.graph import bits
 _MAX_CYCLE_NODES = 2000
 _MAX_CYCLE_WORK = 1 << 24
 """Edges looked at for one decomposition: some seconds."""
+_ENTRIES_AT_ONCE = 1 << 21
+"""of tables, beside which nothing larger than them is in memory."""
 _PAIRS_PER_ENTRY = 16
 """The marks of so many pairs take the memory of one entry in the table of next states, as lists and as arrays."""
 
@@ -271,16 +273,22 @@ def _as_arrays(
     block_of, places = grouped_partitions(list(partitions), n_classes)
     budget.check_table(len(edges), len(places[0]) * max(1, n_pairs // _PAIRS_PER_ENTRY))
     first = np.cumsum([0, *map(len, edges[:-1])], dtype=np.int32)
-    taken = np.array(places, dtype=np.int32)[kinds_of] + first[:, None]
-    delta = np.array([edge.target for out in edges for edge in out], dtype=np.int32)[taken]
+    target = np.array([edge.target for out in edges for edge in out], dtype=np.int32)
     marks = [edge.marks for out in edges for edge in out] if state_marks is None else state_marks
     kinds: dict[int, int] = {}
     kind = np.array([kinds.setdefault(mark, len(kinds)) for mark in marks], dtype=np.int32)
-    if state_marks is None:
-        kind = kind[taken]
-    fin, inf = np.empty((n_pairs, *kind.shape), dtype=np.bool_), np.empty((n_pairs, *kind.shape), dtype=np.bool_)
-    for i in range(n_pairs):
+    table = (len(edges), len(places[0]))
+    delta = np.empty(table, dtype=np.int32)
+    shape = (n_pairs, *(table if state_marks is None else table[:1]))
+    fin, inf = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
+    signs = [np.array([mark >> i & 1 for mark in kinds], dtype=np.bool_)[kind] for i in range(2 * n_pairs)]
+    at_once = max(1, _ENTRIES_AT_ONCE // table[1])
+    for begin in range(0, len(edges), at_once):
         check_time()
-        inf[i] = np.array([mark >> i & 1 for mark in kinds], dtype=np.bool_)[kind]
-        fin[i] = np.array([mark >> n_pairs + i & 1 for mark in kinds], dtype=np.bool_)[kind]
+        rows = slice(begin, begin + at_once)
+        taken = np.array([places[number] for number in kinds_of[rows]], dtype=np.int32) + first[rows, None]
+        delta[rows] = target[taken]
+        for i in range(n_pairs):
+            inf[i, rows] = signs[i][taken if state_marks is None else rows]
+            fin[i, rows] = signs[n_pairs + i][taken if state_marks is None else rows]
     return block_of, delta, fin, inf

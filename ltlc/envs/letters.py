@@ -23,7 +23,7 @@ IntArray = npt.NDArray[np.int64]
 
 _REMEMBERED = 1 << 16
 """labels whose letters are kept."""
-_TABULATED = 20
+_TABULATED = 21
 """Bitmasks over at most so many names have a table of letters."""
 _BATCHED = (
     "expected an array of bitmasks or of event strings, a boolean array with a column per name, a dict from name to "

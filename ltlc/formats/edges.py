@@ -1,7 +1,7 @@
 """The edges of an automaton as every writer wants them, and the tables a reader builds from guarded edges.
 
 A set of letters is an int: bit k is set iff letter k is in the set. Conjunction, disjunction and the two checks of a
-reader (do guards overlap, do they cover every letter) are then single operations, also with 20 propositions.
+reader (do guards overlap, do they cover every letter) are then single operations, also with 21 propositions.
 """
 
 from __future__ import annotations

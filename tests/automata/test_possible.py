@@ -68,7 +68,7 @@ def test_letters_of_many_propositions() -> None:
     assert numbers.size == 201 * 101
     masks = np.array([0, 1 << 299, 1 << 150 | 1 << 250], dtype=object)
     assert numbers.masks(numbers.numbers(masks)).tolist() == masks.tolist()
-    with pytest.raises(AlphabetLimitExceeded, match="more than 1048576 letters"):
+    with pytest.raises(AlphabetLimitExceeded, match="more than 2097152 letters"):
         LetterNumbers(aps, tuple((0, 1 << i) for i in range(300)))
 
 

@@ -48,7 +48,7 @@ COMMANDS = [
     (["check", "rooms.hoa", "-w", "hall & kitchen; cycle{1}"], "", 2, "ltlc: the letter {hall, kitchen} occurs"),
     (["monitor", "F(a & F b)", "--exclusive", "a,b"], "a b\n", 2, "ltlc: the letter {a, b} occurs"),
     (["compile", " & ".join(f"GF a{i}" for i in range(25))], "", 3, "ltlc: 25 atomic propositions; tables over"),
-    (["compile", " & ".join(f"GF a{i}" for i in range(25)), "--exclusive", "a0,a1"], "", 3, "ltlc: more than 1048576"),
+    (["compile", " & ".join(f"GF a{i}" for i in range(25)), "--exclusive", "a0,a1"], "", 3, "ltlc: more than 2097152"),
     (["compile", "F a", "--form", "muller"], "", 2, "ltlc: Invalid value for '--form'"),
     (["compile", "F a", "--finite", "--form", "streett"], "", 2, "ltlc: --form is about infinite words"),
     (["compile", "GF a", "--form", "streett", "-o", "a.json"], "", 2, "ltlc: automata of the form streett are written"),

@@ -68,7 +68,7 @@ def test_solve_and_train(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
     world = ["--env", "FrozenLake-v1", "--labels", "cells.py:labels", "--exclusive", ",".join(CELLS)]
     assert run(["solve", TASK, *world]) == 0
     assert "0.823529" in capsys.readouterr().out
-    assert run(["solve", TASK, *world[:-2]]) == 0  # more than 20 propositions: the letters of the model
+    assert run(["solve", TASK, *world[:-2]]) == 0  # more than 21 propositions: the letters of the model
     assert "0.823529" in capsys.readouterr().out
     for agent in ("fitted-q", "sadigh"):
         out = tmp_path / agent

@@ -161,4 +161,4 @@ def test_errors() -> None:
     with pytest.raises(InvalidAutomatonError, match="listed twice"):
         ltlc.compile(f'F "{END}"', finite=True).ended()
     with pytest.raises(AlphabetLimitExceeded):
-        DFA(tuple(f"p{i}" for i in range(20)), np.zeros((1, 1)), np.zeros(2**20), np.ones(1)).ended()
+        DFA(tuple(f"p{i}" for i in range(21)), np.zeros((1, 1)), np.zeros(2**21), np.ones(1)).ended()

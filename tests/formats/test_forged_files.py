@@ -63,7 +63,7 @@ def policy(folder: Path) -> Path:
         ("tables.reward", None, "tables.reward is None, not a tensor"),
         ("tables.reward", torch.zeros(2).double(), "tables is wrong: reward tables: reward has shape"),
         ("tables.next_state", torch.zeros(2, 2), "tables.next_state has numbers of the kind torch.float32"),
-        ("tables.aps", [str(i) for i in range(40)], "tables.aps has 40 entries; at most 20"),
+        ("tables.aps", [str(i) for i in range(40)], "tables.aps has 40 entries; at most 21"),
         ("observation_space.kind", "Cube", "observation_space.kind is 'Cube', which is no kind of space"),
         ("observation_space.low", torch.ones(2) * 5, "observation_space has a lower bound above the upper one"),
         ("observation_space.dtype", "O", "observation_space.dtype is 'O', not one of"),

@@ -72,12 +72,12 @@ def test_labels_are_read_as_the_grammar_says() -> None:
 
 
 def test_too_many_propositions() -> None:
-    names = " ".join(f'"p{i}"' for i in range(21))
-    with pytest.raises(AlphabetLimitExceeded, match=r"21 atomic propositions; .* at most 20"):
-        from_hoa(hoa("State: 0 [t] 0", ap=f"21 {names}"))
+    names = " ".join(f'"p{i}"' for i in range(22))
+    with pytest.raises(AlphabetLimitExceeded, match=r"22 atomic propositions; .* at most 21"):
+        from_hoa(hoa("State: 0 [t] 0", ap=f"22 {names}"))
     many = " ".join(f"State: {q} [{q % 20}] {q} [!{q % 20}] 0" for q in range(200))
     with pytest.raises(AlphabetLimitExceeded, match="200 states times 1048576 letter classes"):
-        from_hoa(hoa(many, ap=f"20 {names.rsplit(' ', 1)[0]}", acceptance="0 t"))
+        from_hoa(hoa(many, ap=f"20 {names.rsplit(' ', 2)[0]}", acceptance="0 t"))
 
 
 def test_thousands_of_states_are_quick() -> None:

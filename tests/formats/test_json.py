@@ -140,7 +140,7 @@ WRONG_DOCUMENTS = [
     (put("aps", ["a", 3]), "aps[1]: expected a string, found 3"),
     (put("aps", ["a", ""]), "aps[1]: a proposition needs a name"),
     (put("aps", ["a", "a"]), "aps: a proposition is listed twice"),
-    (put("aps", [str(i) for i in range(21)]), "aps: 21 propositions; at most 20"),
+    (put("aps", [str(i) for i in range(22)]), "aps: 22 propositions; at most 21"),
     (put("aps", ["a", "\ud800"]), "aps[1]: half of a surrogate pair"),
     (put("acceptance", "both"), "acceptance: expected 'state' or 'transition', found \"both\""),
     (put("initial_state", 3), "initial_state: 3 is out of range, there are 3 states"),

@@ -32,8 +32,8 @@ def test_the_normal_form_has_a_limit_of_its_own() -> None:
 
 
 def test_too_many_propositions() -> None:
-    with pytest.raises(AlphabetLimitExceeded, match=r"21 atomic propositions; .* at most 20"):
-        build(" & ".join(f"F a{i}" for i in range(21)))
+    with pytest.raises(AlphabetLimitExceeded, match=r"22 atomic propositions; .* at most 21"):
+        build(" & ".join(f"F a{i}" for i in range(22)))
 
 
 @pytest.mark.parametrize("translator", ["auto", *TRANSLATORS])

@@ -208,6 +208,6 @@ def test_errors() -> None:
     with pytest.raises(StateLimitExceeded):
         ltlc.compile("X X X X X a", finite=True, max_states=3)
     with pytest.raises(AlphabetLimitExceeded):
-        ltlc.compile(" & ".join(f"p{i}" for i in range(21)), finite=True)
+        ltlc.compile(" & ".join(f"p{i}" for i in range(22)), finite=True)
     with pytest.raises(InvalidAutomatonError):
         DFA(("a",), np.zeros((1, 1), int), np.zeros(2, int), np.zeros(2, bool))  # type: ignore[arg-type]
