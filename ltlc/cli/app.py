@@ -5,64 +5,113 @@ from __future__ import annotations
 import sys
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated
 
 import typer
 
-from ltlc.cli import (
-    check,
-    compile,
-    doctor,
-    evaluate,
-    explain,
-    faithful,
-    listing,
-    monitor,
-    report,
-    reproduce,
-    show,
-    solve,
-    sweep,
-    train,
-)
+from ltlc.cli import listing
 from ltlc.cli.completion import words_of_bash
 from ltlc.cli.messages import complain, complain_of_system, shown_once
 from ltlc.errors import LimitExceeded, LtlcError
 from ltlc.registry import import_plugins
 from ltlc.version import __version__, is_compiled
 
+_LISTS: Mapping[str, Callable[..., None]] = {
+    "translators": listing.translators,
+    "rewards": listing.rewards,
+    "agents": listing.agents,
+    "formats": listing.formats,
+    "labellers": listing.labellers,
+}
+COMMANDS = (
+    "compile",
+    "show",
+    "check",
+    "monitor",
+    "explain",
+    "train",
+    "sweep",
+    "evaluate",
+    "report",
+    "solve",
+    "faithful",
+    "reproduce",
+    "doctor",
+    *_LISTS,
+)
+"""In the order of the help."""
 
-def application() -> typer.Typer:
-    """The application with all its commands."""
+
+def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
+    """The application with these of its commands: to make all takes longer than to compile a small formula."""
     app = typer.Typer(
         name="ltlc",
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_ltlc)
-    for command in (
-        compile.compile_,
-        show.show,
-        check.check,
-        monitor.monitor,
-        explain.explain,
-        train.train,
-        sweep.sweep,
-        evaluate.evaluate,
-        report.report,
-        solve.solve,
-        faithful.faithful,
-        reproduce.reproduce,
-        doctor.doctor,
-        listing.translators,
-        listing.rewards,
-        listing.agents,
-        listing.formats,
-        listing.labellers,
-    ):
-        app.command(command.__name__.rstrip("_"), cls=listing.Command)(command)
+    for name in names:
+        app.command(name, cls=listing.Command)(_command(name))
     return app
+
+
+def _command(name: str) -> Callable[..., None]:
+    """The function of a command, whose file is only then imported."""
+    match name:
+        case "compile":
+            from ltlc.cli.compile import compile_
+
+            return compile_
+        case "show":
+            from ltlc.cli.show import show
+
+            return show
+        case "check":
+            from ltlc.cli.check import check
+
+            return check
+        case "monitor":
+            from ltlc.cli.monitor import monitor
+
+            return monitor
+        case "explain":
+            from ltlc.cli.explain import explain
+
+            return explain
+        case "train":
+            from ltlc.cli.train import train
+
+            return train
+        case "sweep":
+            from ltlc.cli.sweep import sweep
+
+            return sweep
+        case "evaluate":
+            from ltlc.cli.evaluate import evaluate
+
+            return evaluate
+        case "report":
+            from ltlc.cli.report import report
+
+            return report
+        case "solve":
+            from ltlc.cli.solve import solve
+
+            return solve
+        case "faithful":
+            from ltlc.cli.faithful import faithful
+
+            return faithful
+        case "reproduce":
+            from ltlc.cli.reproduce import reproduce
+
+            return reproduce
+        case "doctor":
+            from ltlc.cli.doctor import doctor
+
+            return doctor
+    return _LISTS[name]
 
 
 def _print_version(wanted: bool) -> None:
@@ -85,7 +134,7 @@ def run(arguments: Sequence[str]) -> int:
     Returns:
         The exit code; every error on purpose has been printed to stderr as one paragraph.
     """
-    command = typer.main.get_command(application())
+    command = typer.main.get_command(application(arguments[:1] if arguments and arguments[0] in COMMANDS else COMMANDS))
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
         warnings.showwarning = shown_once()
