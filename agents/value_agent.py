@@ -98,7 +98,10 @@ class ValueAgent(ABC):
         return values.cpu().numpy().astype(np.float64) * self.tensor_tables.scale
 
     def policy(self, observations: Any, states: npt.ArrayLike) -> IntArray:
-        """Choose actions, shape (batch,): the best ones of the policy network, or as `chances` says."""
+        """Choose actions, shape (batch,): the best ones of the policy network, or as `chances` says.
+
+        Where `action_repeat` is above 1, each is to be held for so many steps: `ltlc.envs.HeldActions` does.
+        """
         return self.packed_policy(self.encoder.pack(observations), np.asarray(states, dtype=np.int64))
 
     @torch.no_grad()
