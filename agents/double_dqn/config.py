@@ -102,8 +102,8 @@ class DQNConfig(OffPolicyConfig):
             (thesis).
         action_repeat: steps for which an action is held while learning, >= 1. Values are then those of actions that are
             held, which differ more than those of single steps where a step does little; what is learned holds them,
-            too. Needs segments, and is 1 without and where observations are numbered. None: a 250th of an episode, from
-            1 to 4. 1: none (thesis).
+            too. Needs segments, and is 1 without and where observations are numbered. None: a 250th of the steps that
+            half of the episodes last under random actions, from 1 to 4. 1: none (thesis).
         curiosity: part of the sub-environments, in [0, 1], that go where little was tried, counted by place, automaton
             state and action, as a second set of outputs has learned to; needs segments (`trace_length`). 0: none
             (thesis). None: 0.25 where observations are numbered, so that counts are exact, and else none.

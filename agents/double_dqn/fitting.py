@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
 from ltlc.rewards import RewardTables
 
 from ..encoder import ObservationEncoder
-from ..training.collect import Interface
+from ..training.collect import Collector, Interface
 from .config import DQNConfig
 from .robustness import with_robustness
+
+_ALERT, _MOST_HELD = 250, 4
+"""steps of an episode for each step that an action is held, and how many it is held at most."""
 
 
 def fitted(config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTables | None]:
@@ -25,8 +30,8 @@ def fitted(config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTa
         config = dataclasses.replace(config, output="linear", horizon=0)
         return with_robustness(config.filled(numbered=counted), interface), interface.tables
     if config.action_repeat is None:
-        limit = None if counted or config.curiosity else interface.episode_steps
-        config = dataclasses.replace(config, action_repeat=fitted_repeat(limit))
+        single = counted or config.curiosity or not config.traced or wrapper.masks.shown_by(wrapper.env)
+        config = dataclasses.replace(config, action_repeat=1 if single else fitted_repeat(interface, config.seed))
     if config.horizon is None:
         config = dataclasses.replace(config, horizon=fitted_horizon(interface.episode_steps, counted=counted))
     config = with_robustness(config.filled(numbered=counted), interface)
@@ -45,10 +50,26 @@ def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
     return 100 if episode_steps is None else min(max(episode_steps // 5, 20), 200)
 
 
-def fitted_repeat(episode_steps: int | None) -> int:
+def fitted_repeat(interface: Interface, seed: int) -> int:
     """Steps to hold an action for where nobody says how many; see `DQNConfig.action_repeat`.
 
+    Where episodes are long enough, random actions are tried: a world that ends soon under these, as one in which
+    something is to be balanced, is none in which a step does little.
+
     Args:
-        episode_steps: where episodes are cut; None: unknown.
+        interface: of the environment.
+        seed: of the environment and of the actions.
     """
-    return 1 if episode_steps is None else min(max(episode_steps // 250, 1), 4)
+    limit = interface.episode_steps
+    if limit is None or limit < 2 * _ALERT:
+        return 1
+    collector = Collector(interface, ObservationEncoder(interface.space))
+    collector.reset(seed)
+    random, n = np.random.default_rng(seed), interface.env.num_envs
+    over, tables = np.zeros(n, dtype=np.bool_), collector.interface.tables
+    for round_ in range(min(limit, _MOST_HELD * _ALERT)):
+        steps = collector.step(random.integers(interface.n_actions, size=n))
+        over[steps.copy] |= steps.ended | (tables is not None and tables.violated[steps.state, steps.letter_class])
+        if 2 * over.sum() > n:
+            return max((round_ + 1) // _ALERT, 1)
+    return min(limit // _ALERT, _MOST_HELD)

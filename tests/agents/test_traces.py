@@ -11,14 +11,13 @@ from small_tables import small_tables
 
 from ltlc.agents import DoubleDQN, DQNConfig
 from ltlc.agents.double_dqn.exploration import ExploringStarts, Whims
-from ltlc.agents.double_dqn.fitting import fitted_horizon, fitted_repeat
+from ltlc.agents.double_dqn.fitting import fitted_horizon
 from ltlc.agents.double_dqn.networks import near_best
 from ltlc.agents.double_dqn.replay import Segments
 from ltlc.agents.tensor_tables import TensorTables
 from ltlc.agents.training.collect import Interface
 from ltlc.agents.transitions import TransitionBatch
-from ltlc.envs import LTLVectorWrapper, VectorGridWorld
-from ltlc.envs.flat_world import VectorFlatWorld
+from ltlc.envs import LTLVectorWrapper, VectorFlatWorld, VectorGridWorld, VectorZoneWorld
 from ltlc.errors import InvalidArgumentError
 from ltlc.rewards import RewardTables, get_scheme, value_bounds
 from ltlc.rewards.two_discount import TwoDiscount
@@ -276,20 +275,21 @@ def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> N
     assert TwoDiscount().for_horizon(50) == TwoDiscount(gamma_accept=0.9, gamma=0.98)
 
 
-def test_actions_are_held_where_episodes_are_long_unless_somebody_says_so() -> None:
-    assert [fitted_repeat(steps) for steps in (None, 75, 499, 500, 1000, 10_000)] == [1, 1, 1, 2, 4, 4]
-
-    def held(observed: str, steps: int, **changes: Any) -> int:
-        world = VectorFlatWorld(2, max_episode_steps=steps) if observed == "box" else VectorGridWorld("S.A", 2)
-        formula = "F red" if observed == "box" else "F A"
+def test_actions_are_held_where_the_world_forgives_random_ones_for_long() -> None:
+    def held(world: Any, formula: str, **changes: Any) -> int:
         config, _ = DoubleDQN.fitted(DQNConfig(**changes), Interface.of(LTLVectorWrapper(world, Task(formula))))
         return config.held
 
-    assert held("box", 1000) == 4 and held("numbers", 1000) == 1
-    assert held("box", 1000, action_repeat=7) == 7 and held("box", 1000, trace_length=1) == 1
-    assert held("box", 1000, curiosity=0.5) == 1
+    def zones(limit: int | None) -> VectorZoneWorld:
+        return VectorZoneWorld(4, max_episode_steps=limit)
+
+    assert [held(zones(limit), "F red") for limit in (None, 499, 500, 999, 1000, 1100)] == [1, 1, 2, 3, 4, 4]
+    assert held(VectorFlatWorld(4, max_episode_steps=1000), "F red") == 1  # which they leave
+    assert held(zones(1000), "G red") == 1 and held(zones(1000), "F red", curiosity=0.5) == 1
+    assert held(zones(1000), "F red", action_repeat=7) == 7 and held(zones(1000), "F red", trace_length=1) == 1
+    assert held(VectorGridWorld("S.A", 2, max_episode_steps=1000), "F A") == 1
     with pytest.raises(InvalidArgumentError, match="set action_repeat to 1"):
-        held("numbers", 1000, action_repeat=2)
+        held(VectorGridWorld("S.A", 2), "F A", action_repeat=2)
     with pytest.raises(InvalidArgumentError, match="curiosity counts single steps"):
         DQNConfig(action_repeat=2, curiosity=0.5)
     with pytest.raises(InvalidArgumentError, match="action_repeat is 256; it must be at most 255"):
