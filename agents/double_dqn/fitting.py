@@ -33,21 +33,20 @@ def fitted(config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTa
         single = counted or config.curiosity or not config.traced or wrapper.masks.shown_by(wrapper.env)
         config = dataclasses.replace(config, action_repeat=1 if single else fitted_repeat(interface, config.seed))
     if config.horizon is None:
-        config = dataclasses.replace(config, horizon=fitted_horizon(interface.episode_steps, counted=counted))
+        horizon = 2000 if counted else fitted_horizon(interface.episode_steps, config.held)
+        config = dataclasses.replace(config, horizon=horizon)
     config = with_robustness(config.filled(numbered=counted), interface)
     return config, wrapper.task.for_horizon(config.horizon or 0).tables
 
 
-def fitted_horizon(episode_steps: int | None, *, counted: bool) -> int:
-    """Steps to look ahead where nobody says how many; see `DQNConfig.horizon`.
+def fitted_horizon(episode_steps: int | None, held: int) -> int:
+    """Steps to look ahead where nobody says how many, and observations are not numbered; see `DQNConfig.horizon`.
 
     Args:
         episode_steps: where episodes are cut; None: unknown.
-        counted: whether observations are numbered.
+        held: steps for which an action is held.
     """
-    if counted:
-        return 2000
-    return 100 if episode_steps is None else min(max(episode_steps // 5, 20), 200)
+    return 100 if episode_steps is None else min(max(episode_steps // 5, 20), max(100, 50 * held))
 
 
 def fitted_repeat(interface: Interface, seed: int) -> int:
