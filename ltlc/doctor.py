@@ -9,7 +9,7 @@ import shutil
 import sys
 import warnings
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib import metadata
 from typing import Any, Literal
 
@@ -126,13 +126,14 @@ def _packages() -> Iterable[Finding]:
     except metadata.PackageNotFoundError:  # a checkout on the path, which is not installed
         required = []
     for text in required:
-        match = re.match(r"([\w.-]+)(?:\[[^]]*\])?\s*([^;]*)(?:;.*extra == [\"']([\w-]+)[\"'])?", text)
+        match = re.match(r"([\w.-]+)(\[[^]]*\])?\s*([^;]*)(?:;.*extra == [\"']([\w-]+)[\"'])?", text)
         assert match is not None
-        name, bounds, extra = match[1], match[2].strip(" ()"), match[3]
+        name, part, bounds, extra = match[1], match[2] or "", match[3].strip(" ()"), match[4]
         if extra is None:
             yield _package(name, bounds, "needed", "everything", f"pip install '{name}{bounds}'")
         elif extra in EXTRAS:
-            yield _package(name, bounds, "extra", EXTRAS[extra], f"pip install 'ltlc[{extra}]'")
+            found = _package(name, bounds, "extra", EXTRAS[extra], f"pip install 'ltlc[{extra}]'")
+            yield replace(found, name=name + part)
 
 
 def _package(name: str, bounds: str, kind: Literal["needed", "extra"], purpose: str, install: str) -> Finding:
