@@ -24,6 +24,8 @@ from ltlc.ltl.formula import Proposition
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
+_MANY_CLASSES = 48
+"""from which on arrays are faster than a loop."""
 _FEW_POSITIONS = 256
 """up to which plain integers and lists are faster than arrays."""
 
@@ -93,14 +95,25 @@ class Alphabet:
         everywhere, somewhere = (f.reduceat(order, starts).tolist() for f in (np.bitwise_and, np.bitwise_or))
         return everywhere, somewhere, sizes.tolist()
 
-    def _literals(self, classes: Iterable[int]) -> tuple[tuple[int, bool], ...] | None:
+    @cached_property
+    def _extents(self) -> npt.NDArray[np.int64]:
+        """`_extent` as an array, shape (3, n_classes)."""
+        return np.array(self._extent, dtype=np.int64)
+
+    def _literals(self, classes: Sequence[int]) -> tuple[tuple[int, bool], ...] | None:
         """The literals whose conjunction is true of exactly these classes, or None if it is no conjunction."""
         everywhere, somewhere, sizes = self._extent
         low, high, size = -1, 0, 0
-        for c in classes:
-            low &= everywhere[c]
-            high |= somewhere[c]
-            size += sizes[c]
+        if len(classes) < _MANY_CLASSES:
+            for c in classes:
+                low &= everywhere[c]
+                high |= somewhere[c]
+                size += sizes[c]
+        else:
+            table = self._extents[:, classes]
+            low, high, size = (
+                int(f.reduce(row)) for f, row in zip((np.bitwise_and, np.bitwise_or, np.add), table, strict=True)
+            )
         free = high & ~low
         if size != 1 << free.bit_count():
             return None

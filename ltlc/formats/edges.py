@@ -7,7 +7,7 @@ reader (do guards overlap, do they cover every letter) are then single operation
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,10 @@ MAX_TABLE = 1 << 27
 """Entries of the largest transition table a reader builds."""
 
 _COLUMNS_AT_ONCE = 32
+_MARKS = 32
+"""bits of marks that fit beside the number of a state."""
+_WIDE = 64
+"""letter classes from which on rows are sorted."""
 
 
 class LabelledEdge(NamedTuple):
@@ -46,23 +50,43 @@ def edges(automaton: DRA | DFA) -> list[LabelledEdge]:
     The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
     """
     order = np.argsort(automaton.alphabet.first_letter, kind="stable")
-    rows = automaton.delta[:, order].tolist()
-    classes = order.tolist()
-    marked = (
-        automaton.marks[:, order].tolist() if automaton.acceptance == "transition" else [[0] * len(classes)] * len(rows)
-    )
+    table, shift = automaton.delta[:, order].astype(np.int64), 2 * automaton.n_pairs
+    if automaton.acceptance == "transition":
+        # Target and marks as one number, which has more than 63 bits only where there are many pairs.
+        table = (table if shift <= _MARKS else table.astype(object)) << shift | automaton.marks[:, order]
+    else:
+        shift = 0
+    grouped = _grouped if table.dtype != np.object_ and table.shape[1] >= _WIDE else _grouped_one_by_one
     pairs: dict[int, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     result: list[LabelledEdge] = []
-    for source, (row, marks) in enumerate(zip(rows, marked, strict=True)):
+    for source, row in enumerate(table):
         check_time()
-        groups: dict[tuple[int, int], list[int]] = {}
-        for target, mark, c in zip(row, marks, classes, strict=True):
-            groups.setdefault((target, mark), []).append(c)
-        for (target, mark), group in groups.items():
+        for code, classes in grouped(row, order):
+            target, mark = code >> shift, code & (1 << shift) - 1
             if mark not in pairs:
                 pairs[mark] = _pairs_with(mark, 0), _pairs_with(mark, 1)
-            result.append(LabelledEdge(source, target, tuple(group), *pairs[mark]))
+            result.append(LabelledEdge(source, target, tuple(classes), *pairs[mark]))
     return result
+
+
+def _grouped_one_by_one(row: npt.NDArray[Any], classes: npt.NDArray[Any]) -> Iterable[tuple[int, list[int]]]:
+    """The classes of each value of a row, in the order of their first ones."""
+    groups: dict[int, list[int]] = {}
+    for code, c in zip(row.tolist(), classes.tolist(), strict=True):
+        groups.setdefault(code, []).append(c)
+    return groups.items()
+
+
+def _grouped(row: npt.NDArray[Any], classes: npt.NDArray[Any]) -> Iterable[tuple[int, list[int]]]:
+    """The same by sorting, which is faster where rows are long."""
+    places = np.argsort(row, kind="stable")
+    codes = row[places]
+    starts = np.flatnonzero(np.concatenate([[True], codes[1:] != codes[:-1]]))
+    ends = np.append(starts[1:], len(row))
+    first = np.argsort(places[starts])
+    listed = classes[places].tolist()
+    for code, start, end in zip(*(part[first].tolist() for part in (codes[starts], starts, ends)), strict=True):
+        yield code, listed[start:end]
 
 
 def state_marks(automaton: DRA | DFA, state: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
