@@ -152,7 +152,7 @@ class DQNConfig(OffPolicyConfig):
     trace_decay: float = 0.95
     advantage_learning: float | None = None
     final_advantage_learning: float | None = None
-    temperature: float = 0.15
+    temperature: float = 0.1
     buffer_size: int = 1_000_000
     max_memory: float | None = None
     train_frequency: int | None = None
