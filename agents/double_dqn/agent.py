@@ -28,7 +28,7 @@ from ..value_agent import ValueAgent
 from .config import DQNConfig
 from .device import available, check_device
 from .exploration import ExploringStarts, Whims, with_random_choices
-from .fitting import fitted
+from .fitting import fitted, fitted_horizon
 from .networks import Follower, QNetwork, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
@@ -131,8 +131,7 @@ class DoubleDQN(ValueAgent):
     @classmethod
     def learned_task(cls, env: LTLVectorWrapper, config: DQNConfig) -> Task:
         """The task of an environment, with the discounts that are learned from."""
-        config, _ = cls.fitted(config, Interface.of(env))
-        return env.task.for_horizon(config.horizon or 0)
+        return env.task.for_horizon(fitted_horizon(config, Interface.of(env)))
 
     @property
     def config(self) -> DQNConfig:

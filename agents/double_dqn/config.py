@@ -73,9 +73,8 @@ class DQNConfig(OffPolicyConfig):
             outputs are values (thesis).
         horizon: steps that the discount of the recommended scheme looks ahead: gamma = 1 - 1/horizon, gamma_accept = 1
             - sqrt((1 - gamma) / 2). A network cannot tell values apart that differ by less than its error, so it takes
-            shorter horizons than a table. None: a fifth of an episode, from 20 to 100, to 150 or 200 where actions are
-            held for 3 or 4 steps; and 2000 where observations are numbered. 0: the parameters of the scheme as they
-            are, as always where somebody has set them.
+            shorter horizons than a table. None: a fifth of an episode, from 20 to 200, and 2000 where observations are
+            numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
         trace_length: consecutive steps that are drawn together and through which targets go back as long as actions
             were greedy, >= 1; 1: steps are drawn one by one, and the loss is the square of the error (thesis). Longer
             than 1 needs `counterfactual`, heads and no batch normalisation, and is 1 without.

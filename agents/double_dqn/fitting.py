@@ -24,29 +24,28 @@ def fitted(config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTa
         config: the hyperparameters.
         interface: of the environment.
     """
-    counted = ObservationEncoder(interface.space, config.observation_input).n_observations > 0
-    wrapper = interface.wrapper
+    counted, wrapper = _counted(config, interface), interface.wrapper
     if wrapper is None or wrapper.adds_base_reward:
         config = dataclasses.replace(config, output="linear", horizon=0)
         return with_robustness(config.filled(numbered=counted), interface), interface.tables
     if config.action_repeat is None:
         single = counted or config.curiosity or not config.traced or wrapper.masks.shown_by(wrapper.env)
         config = dataclasses.replace(config, action_repeat=1 if single else fitted_repeat(interface, config.seed))
-    if config.horizon is None:
-        horizon = 2000 if counted else fitted_horizon(interface.episode_steps, config.held)
-        config = dataclasses.replace(config, horizon=horizon)
+    config = dataclasses.replace(config, horizon=fitted_horizon(config, interface))
     config = with_robustness(config.filled(numbered=counted), interface)
     return config, wrapper.task.for_horizon(config.horizon or 0).tables
 
 
-def fitted_horizon(episode_steps: int | None, held: int) -> int:
-    """Steps to look ahead where nobody says how many, and observations are not numbered; see `DQNConfig.horizon`.
-
-    Args:
-        episode_steps: where episodes are cut; None: unknown.
-        held: steps for which an action is held.
-    """
-    return 100 if episode_steps is None else min(max(episode_steps // 5, 20), max(100, 50 * held))
+def fitted_horizon(config: DQNConfig, interface: Interface) -> int:
+    """Steps to look ahead, fitted to the environment where nobody says how many; see `DQNConfig.horizon`."""
+    if config.horizon is not None:
+        return config.horizon
+    if interface.wrapper is None or interface.wrapper.adds_base_reward:
+        return 0
+    if _counted(config, interface):
+        return 2000
+    limit = interface.episode_steps
+    return 100 if limit is None else min(max(limit // 5, 20), 200)
 
 
 def fitted_repeat(interface: Interface, seed: int) -> int:
@@ -72,3 +71,8 @@ def fitted_repeat(interface: Interface, seed: int) -> int:
         if 2 * over.sum() > n:
             return max((round_ + 1) // _ALERT, 1)
     return min(limit // _ALERT, _MOST_HELD)
+
+
+def _counted(config: DQNConfig, interface: Interface) -> bool:
+    """Whether observations are numbered."""
+    return ObservationEncoder(interface.space, config.observation_input).n_observations > 0

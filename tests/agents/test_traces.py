@@ -259,8 +259,11 @@ def test_episodes_act_as_if_the_automaton_were_in_any_open_state() -> None:
 
 
 def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> None:
-    assert [fitted_horizon(steps, 1) for steps in (None, 75, 300, 5000)] == [100, 20, 60, 100]
-    assert fitted_horizon(1000, 4) == 200
+    def ahead(limit: int | None) -> int:
+        env = LTLVectorWrapper(VectorFlatWorld(2, max_episode_steps=limit), Task("F red"))
+        return fitted_horizon(DQNConfig(), Interface.of(env))
+
+    assert [ahead(limit) for limit in (None, 75, 300, 5000)] == [100, 20, 60, 200]
 
     def fitted(task: Task, **changes: Any) -> tuple[int | None, RewardTables | None]:
         env = LTLVectorWrapper(VectorGridWorld("S.A", 2), task)
