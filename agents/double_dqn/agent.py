@@ -88,7 +88,8 @@ class DoubleDQN(ValueAgent):
             observation_space, n_actions, tables, config,
             observation_input=config.observation_input, device=config.device,
         )  # fmt: skip
-        self._config = config = config.filled(numbered=self.encoder.n_observations > 0)
+        single = self.encoder.n_observations > 0 or self.encoder.mask is not None
+        self._config = config = config.filled(numbered=self.encoder.n_observations > 0, single=single)
         bounds = value_bounds(self.tables) if config.output == "bounded" else None
         squashed = bounds is not None and config.traced and squashable(self.tables, bounds)
         scale = 1.0 if squashed else config.reward_scale
@@ -179,11 +180,10 @@ class DoubleDQN(ValueAgent):
         """
         self.trunk.observe(self.encoder, packed)
         own = torch.from_numpy(states)
-        allowed = self.encoder.allowed(torch.from_numpy(packed))
-        free = self._held.deciding(len(own), None if allowed is None else allowed.numpy())
+        free = self._held.deciding(len(own))
         deciding = torch.from_numpy(free)
         action, state = self._whims.draw(deciding, epsilon, generator), self._starts.states(own, generator)
-        action = permitted(action, allowed, generator)
+        action = permitted(action, self.encoder.allowed(torch.from_numpy(packed)), generator)
         random = action.clamp(min=0)
         if self.tensor_tables.n_options > 1 and not self.config.counterfactual:
             random = with_random_choices(random, own, self.tensor_tables, self.n_actions, generator)
@@ -270,11 +270,12 @@ class DoubleDQN(ValueAgent):
         config, rate = self.config, self.config.learning_rate_at(steps)
         self.trace_loss.advantage_learning = config.advantage_learning_at(steps)
         self._starts.advance(*memory.latest)
-        self._held.advance(*(part.numpy() for part in memory.latest[::2]))
+        copies, _, ended = (part.numpy() for part in memory.latest)
+        self._held.advance(copies, ended)
         if config.curious:
             tried = tuple(part.to(self.device) for part in memory.tried)
             self._tries.index_put_(tried, torch.ones_like(tried[0], dtype=torch.int32), accumulate=True)
-        if memory.steps < self.first_update:
+        if memory.steps < max(self.first_update, memory.least):
             return []
         every = config.train_frequency or 1
         due = memory.steps // every - (memory.steps - memory.newest) // every

@@ -47,7 +47,7 @@ class DQNConfig(OffPolicyConfig):
             do.
         l2: C of the term C*||weights||^2 added to the loss (thesis), >= 0.
         max_gradient_norm: longer gradients are shortened to this; None: never.
-        batch_size: environment steps in a batch, >= 1 (times the automaton states, if counterfactual); the first update
+        batch_size: actions in a batch, >= 1 (times the automaton states, if counterfactual); the first update
             waits for so many. None: 512 where observations are numbered, since each of them passes the network but
             once, and else 128.
         buffer_size: environment steps kept for replay, >= batch_size; of a shorter training there is room for all.
@@ -102,8 +102,10 @@ class DQNConfig(OffPolicyConfig):
             (thesis).
         action_repeat: steps for which an action is held while learning, >= 1. Values are then those of actions that are
             held, which differ more than those of single steps where a step does little; what is learned holds them,
-            too. Needs segments, and is 1 without and where observations are numbered. None: a 250th of the steps that
-            half of the episodes last under random actions, from 1 to 4. 1: none (thesis).
+            too, as `ltlc.envs.HeldActions` does. Needs segments, and is 1 without. None: a 250th of the steps after
+            which random actions have brought half of the copies to an end of the world or a violation, or of an
+            episode, from 1 to 4; and 1 where observations are numbered, actions are masked, episodes have no limit, or
+            a tenth of `total_steps` is too few to try. 1: none (thesis).
         curiosity: part of the sub-environments, in [0, 1], that go where little was tried, counted by place, automaton
             state and action, as a second set of outputs has learned to; needs segments (`trace_length`). 0: none
             (thesis). None: 0.25 where observations are numbered, so that counts are exact, and else none.
@@ -247,7 +249,7 @@ class DQNConfig(OffPolicyConfig):
 
     @property
     def rows(self) -> int:
-        """Environment steps in a batch."""
+        """Actions in a batch."""
         return self.batch_size or _BATCH
 
     @property
@@ -265,10 +267,20 @@ class DQNConfig(OffPolicyConfig):
         """Whether what little was tried is looked for."""
         return bool(self.curiosity) and self.traced
 
-    def filled(self, *, numbered: bool) -> DQNConfig:
-        """Return the configuration with what depends on whether observations are numbered filled in."""
-        if numbered and self.held > 1:
-            raise InvalidArgumentError("where observations are numbered, no actions are held; set action_repeat to 1")
+    def filled(self, *, numbered: bool, single: bool = False) -> DQNConfig:
+        """Return the configuration with what depends on whether observations are numbered filled in.
+
+        Args:
+            numbered: whether they are.
+            single: whether an action cannot be held, since they are, or since actions may be forbidden.
+
+        Raises:
+            InvalidArgumentError: it is to be held all the same.
+        """
+        if (numbered or single) and self.held > 1:
+            raise InvalidArgumentError(
+                "no actions are held where observations are numbered or actions are forbidden; set action_repeat to 1"
+            )
         if numbered:
             tau, curiosity, advantage, final, rows = 0.1, 0.25, 0.95, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
         else:

@@ -30,7 +30,7 @@ def fitted(config: DQNConfig, interface: Interface) -> tuple[DQNConfig, RewardTa
         return with_robustness(config.filled(numbered=counted), interface), interface.tables
     if config.action_repeat is None:
         single = counted or config.curiosity or not config.traced or wrapper.masks.shown_by(wrapper.env)
-        config = dataclasses.replace(config, action_repeat=1 if single else fitted_repeat(interface, config.seed))
+        config = dataclasses.replace(config, action_repeat=1 if single else fitted_repeat(interface, config))
     config = dataclasses.replace(config, horizon=fitted_horizon(config, interface))
     config = with_robustness(config.filled(numbered=counted), interface)
     return config, wrapper.task.for_horizon(config.horizon or 0).tables
@@ -48,29 +48,32 @@ def fitted_horizon(config: DQNConfig, interface: Interface) -> int:
     return 100 if limit is None else min(max(limit // 5, 20), 200)
 
 
-def fitted_repeat(interface: Interface, seed: int) -> int:
+def fitted_repeat(interface: Interface, config: DQNConfig) -> int:
     """Steps to hold an action for where nobody says how many; see `DQNConfig.action_repeat`.
 
     Where episodes are long enough, random actions are tried: a world that ends soon under these, as one in which
-    something is to be balanced, is none in which a step does little.
+    something is to be balanced, is none in which a step does little. The steps for that are no part of the training,
+    and a tenth of it at most.
 
     Args:
-        interface: of the environment.
-        seed: of the environment and of the actions.
+        interface: of the environment, which is reset.
+        config: `seed` and `total_steps` are used.
     """
-    limit = interface.episode_steps
-    if limit is None or limit < 2 * _ALERT:
+    n, limit = interface.env.num_envs, interface.episode_steps
+    rounds = min(limit or 0, _MOST_HELD * _ALERT, config.total_steps // (10 * n))
+    if rounds < 2 * _ALERT:
         return 1
-    collector = Collector(interface, ObservationEncoder(interface.space))
-    collector.reset(seed)
-    random, n = np.random.default_rng(seed), interface.env.num_envs
-    over, tables = np.zeros(n, dtype=np.bool_), collector.interface.tables
-    for round_ in range(min(limit, _MOST_HELD * _ALERT)):
+    collector, tables = Collector(interface, ObservationEncoder(interface.space)), interface.tables
+    collector.reset(config.seed)
+    random, over = np.random.default_rng(config.seed), np.zeros(n, dtype=np.bool_)
+    for done in range(1, rounds + 1):
         steps = collector.step(random.integers(interface.n_actions, size=n))
-        over[steps.copy] |= steps.ended | (tables is not None and tables.violated[steps.state, steps.letter_class])
+        over[steps.copy] |= steps.terminated
+        if tables is not None:
+            over[steps.copy] |= tables.violated[steps.state, steps.letter_class]
         if 2 * over.sum() > n:
-            return max((round_ + 1) // _ALERT, 1)
-    return min(limit // _ALERT, _MOST_HELD)
+            return max(done // _ALERT, 1)
+    return rounds // _ALERT
 
 
 def _counted(config: DQNConfig, interface: Interface) -> bool:

@@ -58,7 +58,7 @@ class ReplaySize:
     @property
     def length(self) -> int:
         """Rows of each ring: its share, of one action at least, and one for the observation after the last step."""
-        return max(-(-self.rows // self.num_envs), self.repeat) + 1
+        return max(-(-self.rows // self.num_envs), 2 * self.repeat) + 1
 
     @property
     def bytes(self) -> int:
@@ -102,10 +102,13 @@ class Segments:
     base_reward: Tensor
     """shape (count, length, repeat), float32; of each step."""
     terminated: Tensor
-    """shape (count, length, repeat), bool; of each step. What stands behind one that ended an episode says nothing."""
+    """shape (count, length, repeat), bool; of each step."""
+    made: Tensor
+    """shape (count, length, repeat), bool; whether the step was made before the episode was over. If not, it says
+    nothing, and the next observation is the last one of the episode."""
     real: Tensor
-    """shape (count, length + 1), bool; whether the action was carried out as a whole, until the episode was over. Not
-    so where the row is the last observation of an episode."""
+    """shape (count, length + 1), bool; whether the row is an action, and not the last observation of an episode or what
+    comes after it."""
     place: Tensor
     """shape (count, length + 1), int64; see `Places`."""
 
@@ -126,6 +129,7 @@ class ReplayBuffer:
     Attributes:
         steps: that were ever added.
         newest: that were added last.
+        least: of them that segments can be drawn from.
         tried: table state, place and action of these, int64, shape (newest,) each.
         latest: their sub-environment and letter class, int64, and whether they ended an episode; shape (newest,) each.
 
@@ -157,6 +161,7 @@ class ReplayBuffer:
         self._age = np.zeros(size.num_envs, dtype=np.int64)
         """steps of the episode under way."""
         self.steps, self.newest, self._most = 0, 0, size.rows
+        self.least = size.num_envs * size.repeat if size.repeat > 1 else 1
         self.tried: tuple[Tensor, ...] = ()
         self.latest: tuple[Tensor, ...] = ()
 
@@ -210,16 +215,17 @@ class ReplayBuffer:
         length = max(min(length, int(np.minimum(begun, self.length - 1).min()) // repeat), 1)
         copies, first = self._draw(count, (length + 1) * repeat - 1, generator)
         phase = self.columns["phase"][self._rows(copies, first)].cpu().numpy().astype(np.int64)
-        starts = (first + -phase % repeat)[:, None] + repeat * np.arange(length + 1)
-        at = self._rows(copies[:, None], starts)
-        each = self._rows(copies[:, None, None], starts[:, :-1, None] + np.arange(repeat))
+        first += -phase % repeat
+        made = self.columns["real"][self._rows(copies[:, None], first[:, None] + np.arange(length * repeat + 1))]
+        made = made.cumprod(dim=1).bool() if repeat > 1 else torch.ones_like(made)
+        last = made.sum(dim=1).cpu().numpy()[:, None]  # where the episode is over
+        starts = repeat * np.arange(length + 1)
+        at = self._rows(copies[:, None], first[:, None] + np.minimum(starts, last))
+        each = self._rows(copies[:, None, None], first[:, None, None] + starts[:-1, None] + np.arange(repeat))
         found = {name: self.columns[name][at] for name in ("observation", "action", "place", "real")}
         found |= {name: self.columns[name][each] for name in ("letter_class", "base_reward", "terminated")}
-        held = self.columns["real"][each] & (self.columns["action"][each] == found["action"][:, :-1, None])
-        held &= self.columns["phase"][each] == torch.arange(repeat, device=self.device)
-        over = (held & found["terminated"]).cumsum(dim=-1)
-        found["real"][:, :-1] = (held | (over > 0)).all(dim=-1)
-        return Segments(**found)
+        found["real"] &= self.columns["phase"][at] == 0
+        return Segments(**found, made=made[:, :-1].view(count, length, repeat))
 
     def _draw(self, count: int, length: int, generator: torch.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Sub-environments that have steps, and first rows after which there are so many more."""

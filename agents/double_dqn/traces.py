@@ -161,7 +161,11 @@ class TraceLoss:
         )
         # target = known + traced * (target of the next step, in the state that follows, or is chosen after it)
         known = reward + segments.base_reward[..., None] / tables.scale + torch.where(over, weight * final, 0.0)
-        traced, chosen, last = torch.where(over, 0.0, weight), following.clone(), following[:, :, -1]
+        traced, stay = torch.where(over, 0.0, weight), torch.arange(known.shape[-1], device=known.device)
+        if not (made := segments.made[..., None]).all():  # nothing happens where no step was made
+            known, traced = torch.where(made, known, 0.0), torch.where(made, traced, 1.0)
+            following = torch.where(made, following, stay)
+        chosen, last = following.clone(), following[:, :, -1]
         known[:, :, -1] += traced[:, :, -1] * ((1 - part) * value).gather(2, last)
         traced[:, :, -1] *= part.gather(2, last)
         chosen[:, :, -1] = options.gather(2, last)

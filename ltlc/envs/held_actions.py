@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.errors import InvalidArgumentError
+
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
@@ -15,6 +17,9 @@ class HeldActions:
     Args:
         repeat: steps, >= 1.
         n_actions: of the environment; an action may also choose a pair, which is chosen once.
+
+    Raises:
+        InvalidArgumentError: `repeat` is below 1.
 
     Example:
         >>> held, ended = HeldActions(2, 4), np.array([False])
@@ -27,6 +32,8 @@ class HeldActions:
     """
 
     def __init__(self, repeat: int, n_actions: int) -> None:
+        if repeat < 1:
+            raise InvalidArgumentError(f"repeat is {repeat}; an action is held for at least 1 step")
         self.repeat, self.n_actions = repeat, n_actions
         self._action = self._age = np.zeros(0, dtype=np.int64)
 
@@ -34,17 +41,11 @@ class HeldActions:
         """Begin everywhere anew, as episodes do."""
         self._age = np.zeros(0, dtype=np.int64)
 
-    def deciding(self, n: int, allowed: BoolArray | None = None) -> BoolArray:
-        """Where an action is to be chosen, shape (n,): where none is held, or the environment forbids it.
-
-        Args:
-            n: copies.
-            allowed: shape (n, n_actions); None: everything is.
-        """
+    def deciding(self, n: int) -> BoolArray:
+        """Where an action is to be chosen, of n copies, shape (n,); all begin anew if there were others before."""
         if len(self._age) != n:
             self._action, self._age = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
-        free = self._age % self.repeat == 0
-        return np.asarray(free if allowed is None else free | ~allowed[np.arange(n), self._action])
+        return np.asarray(self._age % self.repeat == 0)
 
     def keep(self, chosen: npt.ArrayLike, deciding: BoolArray) -> IntArray:
         """The actions chosen where there was a choice, which are held from now on, and elsewhere those held."""

@@ -119,8 +119,10 @@ class _Agent(Actor):
 
     def act(self, observations: Sequence[Any], masks: Array | None) -> Array:
         states = np.array([seen["automaton"] for seen in observations])
-        actions = self.agent.policy(_stacked([seen["observation"] for seen in observations]), states)
-        actions = self._held.keep(actions, self._held.deciding(len(actions)))
+        deciding, actions = self._held.deciding(len(states)), np.zeros(len(states), dtype=np.int64)
+        if deciding.any():
+            actions = self.agent.policy(_stacked([seen["observation"] for seen in observations]), states)
+        actions = self._held.keep(actions, deciding)
         self._held.advance(np.arange(len(actions)), np.zeros(len(actions), dtype=np.bool_))
         return np.asarray(self.first + actions)
 

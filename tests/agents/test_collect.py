@@ -192,7 +192,7 @@ def test_segments_of_held_actions_are_whole_actions_of_one_episode() -> None:
     repeat, copies, rng = 3, 2, np.random.default_rng(0)
     holds, buffer = HeldActions(repeat, 4), buffer_of(ReplaySize(80, 20, copies, repeat), spaces.Discrete(10_000))
     steps: dict[int, tuple[int, int, int, bool, bool]] = {}  # by observation: action, class, age, terminated, ended
-    at, age, everywhere = np.array([0, 5_000]), np.zeros(copies, dtype=np.int64), np.arange(copies)
+    ends, at, age, everywhere = 0, np.array([0, 5_000]), np.zeros(copies, dtype=np.int64), np.arange(copies)
     for i in range(200):
         deciding = holds.deciding(copies)
         assert (deciding == (age % repeat == 0)).all()
@@ -209,6 +209,7 @@ def test_segments_of_held_actions_are_whole_actions_of_one_episode() -> None:
         at, age = at + 1 + ended, np.where(ended, 0, age + 1)
         if i == 150:
             buffer.cut()
+            steps |= {key: (*step[:4], True) for key, step in steps.items() if key in (at - 1).tolist()}
             holds.clear()
             at, age = at + 2, 0 * age
         found = buffer.sample_segments(50, 4, torch.Generator().manual_seed(i))
@@ -216,24 +217,17 @@ def test_segments_of_held_actions_are_whole_actions_of_one_episode() -> None:
         for n, t in whole:
             start, last = int(found.observation[n, t, 0]), False
             for k in range(repeat):
+                assert found.made[n, t, k] == (not last)
                 if not last:
-                    action_, letter_, age_, terminated_, last_ = steps[start + k]
+                    action_, letter_, age_, terminated_, last = steps[start + k]
                     assert (action_, age_ % repeat) == (int(found.action[n, t]), k)
                     assert found.letter_class[n, t, k] == found.base_reward[n, t, k] == letter_
                     assert found.terminated[n, t, k] == terminated_
-                    assert not last_ or terminated_ or k == repeat - 1
-                    last = terminated_
-            assert last or found.observation[n, t + 1, 0] == start + repeat
-    assert len(whole) > 80 and found.letter_class.shape == (50, 4, repeat)
-
-
-def test_an_action_that_is_forbidden_is_held_no_longer() -> None:
-    holds, allowed = HeldActions(2, 3), np.ones((2, 3), dtype=np.bool_)
-    assert holds.keep(np.array([1, 5]), holds.deciding(2, allowed)).tolist() == [1, 5]  # the second with a choice
-    holds.advance(np.arange(2), np.zeros(2, dtype=np.bool_))
-    assert holds.keep(np.array([0, 0]), holds.deciding(2, allowed)).tolist() == [1, 2]
-    allowed[0, 1] = False
-    assert holds.deciding(2, allowed).tolist() == [True, False]
+                    assert found.observation[n, t + 1, 0] >= start + k + 1
+            assert found.observation[n, t + 1, 0] == start + int(found.made[n, t].sum())
+            assert not last or not found.real[n, t + 1]
+            ends += last
+    assert ends > 1000 and len(whole) > 80 and found.letter_class.shape == (50, 4, repeat)
 
 
 def test_the_buffer_comes_back_from_its_state() -> None:

@@ -74,7 +74,7 @@ def test_targets_do_not_know_of_it() -> None:
     segments.letter_class = torch.randint(near.tables.n_classes, (3, 4, 1), generator=generator)
     segments.terminated = torch.rand((3, 4, 1), generator=generator) < 0.2
     segments.real = torch.ones((3, 5), dtype=torch.bool)
-    segments.base_reward = torch.zeros((3, 4, 1))
+    segments.base_reward, segments.made = torch.zeros((3, 4, 1)), torch.ones((3, 4, 1), dtype=torch.bool)
     first, second = (learner.trace_loss.targets(segments, worth, worth) for learner in (near, without))
     assert torch.equal(first, second)
 

@@ -44,6 +44,7 @@ def segments(count: int, length: int, n_classes: int, seed: int = 0, repeat: int
         letter_class=torch.randint(n_classes, (count, length, repeat), generator=g),
         base_reward=torch.randint(3, (count, length, repeat), generator=g).float(),
         terminated=torch.rand((count, length, repeat), generator=g) < 0.1,
+        made=torch.arange(repeat) < torch.randint(1, repeat + 1, (count, length, 1), generator=g),
         real=real,
         place=torch.randint(N_OBSERVATIONS, (count, length + 1), generator=g),
     )
@@ -64,7 +65,9 @@ def test_targets_equal_a_recursion_over_steps_and_states(tables: RewardTables, d
     def target(i: int, t: int, q: int, k: int = 0) -> float:
         c = int(found.letter_class[i, t, k])
         after = int(tables.next_state[q, c])
-        if found.terminated[i, t, k]:
+        if not found.made[i, t, k]:
+            after = q
+        if found.made[i, t, k] and found.terminated[i, t, k]:
             following = tables.final_value[q, c] / 10
         elif k < repeat - 1:
             following = target(i, t, after, k + 1)
@@ -74,6 +77,8 @@ def test_targets_equal_a_recursion_over_steps_and_states(tables: RewardTables, d
             following = float(worth[i, t, best, action])
             if t < 4 and found.real[i, t + 1] and action == int(found.action[i, t + 1]):
                 following += 0.75 * (target(i, t + 1, best) - following)
+        if not found.made[i, t, k]:
+            return following
         reward = tables.expected_reward[q, c] + float(found.base_reward[i, t, k])
         return float(reward / 10 + tables.expected_discount[q, c] * following)
 
