@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -109,16 +110,23 @@ def agent_of_checkpoint(folder: Path | None) -> str:
 
 
 def agreed_run(
-    agent: str, config: AgentConfig | None, folder: Path | None, run: str, resume: bool
+    agent: str,
+    config: Any,
+    folder: Path | None,
+    run: str,
+    resume: bool,
+    fit: Callable[[Any], Any] = lambda open_: open_,
 ) -> tuple[Content | None, Any, str]:
     """Agree on what is trained; a resumed run goes on with its own hyperparameters and identity.
 
     Args:
         agent: name of the agent.
-        config: its hyperparameters; None: those of the run to resume, or the defaults.
+        config: its hyperparameters; None: those of the run to resume, or the defaults. What it leaves open is as in the
+            run to resume.
         folder: of the run, or None.
         run: identity of a run that begins.
         resume: whether to go on from the checkpoint in the folder.
+        fit: fills in what hyperparameters leave open.
 
     Returns:
         The checkpoint to resume from, if any; the hyperparameters; the identity of the run.
@@ -129,17 +137,21 @@ def agreed_run(
     """
     saved, defaults = find_checkpoint(folder, resume), AGENTS[agent].defaults
     if saved is None or folder is None:
-        return None, config or defaults, run
+        return None, fit(config or defaults), run
     name = saved["name"].text()
     if name != agent:
         raise InvalidArgumentError(f"the run to resume is of the agent {name!r}, not {agent!r}")
     before = config_of(saved["config"], type(defaults))
+    if config is None:
+        return saved, before, run_of(folder / CHECKPOINT_FILE)
     names = [field.name for field in dataclasses.fields(before) if field.name not in _FREE_TO_CHANGE]
-    changed = [name for name in names if config and getattr(config, name) != getattr(before, name)]
+    left_open = {name: getattr(before, name) for name in names if getattr(config, name, 0) is None}
+    config = fit(dataclasses.replace(config, **left_open))
+    changed = [name for name in names if getattr(config, name) != getattr(before, name)]
     if changed:
         pairs = ", ".join(f"{name} {getattr(before, name)!r}, not {getattr(config, name)!r}" for name in changed)
         raise InvalidArgumentError(f"the run to resume has {pairs}; resume with config=None")
-    return saved, config or before, run_of(folder / CHECKPOINT_FILE)
+    return saved, config, run_of(folder / CHECKPOINT_FILE)
 
 
 def stream_seed(config: AgentConfig, stream: int) -> int:

@@ -101,9 +101,7 @@ def train_in(
         LtlcError, OSError: see `train`.
     """
     interface, fitted = Interface.of(env), AGENTS[agent].agent_class.fitted
-    if config is not None:
-        config, _ = fitted(config, interface)
-    saved, agreed, run_id = agreed_run(agent, config, folder, run_id, resume)
+    saved, agreed, run_id = agreed_run(agent, config, folder, run_id, resume, lambda one: fitted(one, interface)[0])
     tables: RewardTables | None
     config, tables = fitted(agreed, interface)
     assert isinstance(config, OffPolicyConfig)

@@ -1,5 +1,6 @@
 """Checkpoints: runs that are killed, interrupted or out of disk go on unharmed; damage is recognised."""
 
+import dataclasses
 import errno
 import os
 import shutil
@@ -74,6 +75,15 @@ def test_resumed_run_is_bit_identical(tmp_path: Path, changes: dict[str, Any]) -
 
 
 @pytest.mark.slow
+def test_what_is_left_open_is_as_in_the_run_to_resume(tmp_path: Path) -> None:
+    config = DQNConfig(**SHORT | {"train_frequency": 5, "horizon": 50, "total_steps": 200})
+    train(grid(), config, folder=tmp_path)
+    longer = dataclasses.replace(config, train_frequency=None, horizon=None, total_steps=400)
+    assert train(grid(), longer, folder=tmp_path, resume=True).agent.config.horizon == 50
+    with pytest.raises(InvalidArgumentError, match="the run to resume has horizon 50, not 60"):
+        train(grid(), dataclasses.replace(longer, horizon=60), folder=tmp_path, resume=True)
+
+
 def test_resumed_run_of_another_kind_of_environment_is_bit_identical(tmp_path: Path) -> None:
     def lake() -> LTLVectorWrapper:
         env = gym.make_vec("FrozenLake-v1", num_envs=4, vectorization_mode="sync")
