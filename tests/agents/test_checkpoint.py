@@ -78,10 +78,10 @@ def test_resumed_run_is_bit_identical(tmp_path: Path, changes: dict[str, Any]) -
 def test_what_is_left_open_is_as_in_the_run_to_resume(tmp_path: Path) -> None:
     config = DQNConfig(**SHORT | {"train_frequency": 5, "horizon": 50, "total_steps": 200})
     train(grid(), config, folder=tmp_path)
-    longer = dataclasses.replace(config, train_frequency=None, horizon=None, total_steps=400)
-    assert train(grid(), longer, folder=tmp_path, resume=True).agent.config.horizon == 50
+    left_open = dataclasses.replace(config, train_frequency=None, horizon=None)
+    assert train(grid(), left_open, folder=tmp_path, resume=True).agent.config.horizon == 50
     with pytest.raises(InvalidArgumentError, match="the run to resume has horizon 50, not 60"):
-        train(grid(), dataclasses.replace(longer, horizon=60), folder=tmp_path, resume=True)
+        train(grid(), dataclasses.replace(left_open, horizon=60), folder=tmp_path, resume=True)
 
 
 def test_resumed_run_of_another_kind_of_environment_is_bit_identical(tmp_path: Path) -> None:
