@@ -8,7 +8,6 @@ import io
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -32,6 +31,8 @@ def _of_gymnasium() -> list[str]:
 
 def labels(incomplete: str) -> list[str]:
     """Labels that are registered, and `module:name` for the functions and tables of files here."""
+    from importlib.metadata import entry_points
+
     offered = [point.name for point in entry_points(group="ltlc.labellers")]
     loaded = sys.modules.get("ltlc.envs.labels")  # by a plugin that registers some; else there are none
     names = {*offered, *(() if loaded is None else loaded.LABELLERS)}

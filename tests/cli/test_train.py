@@ -129,7 +129,7 @@ class TestTrain:
         running = process("train", *GRID, *options, "--out", "cut")
         assert running.stdout is not None
         for line in running.stdout:
-            if "1" in line.split(" steps")[0] and " steps  return" in line and int(line.split()[0]) > 1_300:
+            if (row := re.match(r" *(\d+) steps  ", line)) and int(row[1]) > 1_300:
                 running.send_signal(signal.SIGINT)
                 break
         _, error = running.communicate(timeout=60)

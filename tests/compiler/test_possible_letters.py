@@ -137,7 +137,7 @@ def test_hundreds_of_propositions() -> None:
 def test_too_many_letters() -> None:
     with pytest.raises(AlphabetLimitExceeded, match="declared which of them exclude each other"):
         ltlc.compile(" & ".join(f"GF {room}" for room in ROOMS))
-    with pytest.raises(AlphabetLimitExceeded, match="more than 1048576 letters are possible"):
+    with pytest.raises(AlphabetLimitExceeded, match="more than 2097152 letters are possible"):
         ltlc.compile(" & ".join(f"GF {room}" for room in ROOMS), exclusive=[ROOMS[:5]])
 
 
