@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from rich.table import Table
+from ltlc.cli.tables import Column, Row, Table, print_line, print_table
 
+if TYPE_CHECKING:
     from ltlc.automata import DFA, DRA, OmegaAutomaton
 
 ROWS = 60
@@ -86,21 +86,14 @@ def print_summary(dra: DRA | DFA | OmegaAutomaton) -> None:
         print(f"{dra.formula or 'an automaton without a formula'}: {dra.size}")
         print(f"accepted runs: {acceptance_text(dra)}, of the sets that are taken infinitely often; -f hoa shows all")
         return
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    console.print(Text(dra.formula or "an automaton without a formula", style="bold"))
-    console.print(_facts(dra))
-    console.print(_states(dra))
+    print_line(dra.formula or "an automaton without a formula", style="bold")
+    print_table(_facts(dra))
+    print_table(_states(dra))
     if dra.n_states > ROWS:
-        console.print(f"... and {dra.n_states - ROWS} more states; --json lists them all")
+        print_line(f"... and {dra.n_states - ROWS} more states; --json lists them all")
 
 
 def _facts(dra: DRA | DFA) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
     from ltlc.automata import DFA
     from ltlc.ltl import Proposition
 
@@ -119,12 +112,7 @@ def _facts(dra: DRA | DFA) -> Table:
         "deadlocks": listed(dra.deadlocks, "nothing is accepted any more"),
         "accepting sinks": listed(dra.accepting_sinks, "everything is accepted"),
     }
-    table = Table.grid(padding=(0, 2))
-    table.add_column(style="dim")
-    table.add_column()
-    for name, value in facts.items():
-        table.add_row(name, Text(value))
-    return table
+    return Table((Column(style="dim"), Column()), [Row(fact) for fact in facts.items()], ruled=False)
 
 
 def _condition(n_pairs: int) -> str:
@@ -137,16 +125,9 @@ def _condition(n_pairs: int) -> str:
 
 def _states(dra: DRA | DFA) -> Table:
     """A row per state: what it is, how far from acceptance, and where each guard leads."""
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
     from ltlc.automata import Annotations, guard_text
     from ltlc.formats.edges import edges, state_marks
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for heading in ("state", "marks", "component", "distance", "letters and next state"):
-        table.add_column(heading, justify="right" if heading in ("state", "distance") else "left")
     notes = dra.annotations
 
     def component(state: int) -> str:
@@ -157,17 +138,21 @@ def _states(dra: DRA | DFA) -> Table:
     rows: list[list[str]] = [[] for _ in range(dra.n_states)]
     for edge in edges(dra):
         rows[edge.source].append(f"{guard_text(dra, edge.classes)} → {edge.target}{_marks(edge.fin, edge.inf)}")
-    for state, leads in enumerate(rows[:ROWS]):
-        style = "red" if state in dra.deadlocks else "green" if state in dra.accepting_sinks else ""
-        table.add_row(
-            f"{'→ ' if state == dra.initial_state else ''}{state}",
-            _marks(*state_marks(dra, state)).strip(),
-            component(state),
-            str(notes.distance[state]) if notes.distance[state] >= 0 else "∞",
-            Text("\n".join(leads)),
-            style=style,
+    shown = [
+        Row(
+            (
+                f"{'→ ' if state == dra.initial_state else ''}{state}",
+                _marks(*state_marks(dra, state)).strip(),
+                component(state),
+                str(notes.distance[state]) if notes.distance[state] >= 0 else "∞",
+                "\n".join(leads),
+            ),
+            style="red" if state in dra.deadlocks else "green" if state in dra.accepting_sinks else "",
         )
-    return table
+        for state, leads in enumerate(rows[:ROWS])
+    ]
+    headings = ("state", "marks", "component", "distance", "letters and next state")
+    return Table([Column(heading, right=heading in ("state", "distance")) for heading in headings], shown)
 
 
 def _marks(fin: tuple[int, ...], inf: tuple[int, ...]) -> str:

@@ -19,6 +19,7 @@ PHI_1 = "F(A & F B) & G!C & FG T"
 class TestProcess:
     @pytest.mark.slow
     @pytest.mark.parametrize(("arguments", "heavy"), [
+        (["compile", PHI_1], ["rich"]),
         (["compile", PHI_1, "-o", "dra.json"], ["rich"]),
         (["compile", PHI_1, "--format", "hoa"], ["rich", "ltlc.formats.hoa_reader", "ltlc.formats.dot"]),
         (["--version"], ["rich", "numpy", "ltlc.ltl", "ltlc.automata"]),
@@ -30,7 +31,7 @@ class TestProcess:
             "import sys; from ltlc.cli.app import run; "
             f"run({arguments}); print(); print(*[m for m in {never + heavy} if m in sys.modules])"
         )
-        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         assert done.stdout.splitlines()[-1] == ""
 
