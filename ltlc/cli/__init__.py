@@ -3,6 +3,7 @@
 Exit codes: 0 done, 1 a negative answer, 2 bad usage or input, 3 a limit was hit, 70 a bug, 130 interrupted.
 """
 
+import gc
 import io
 import os
 import signal
@@ -11,6 +12,8 @@ from typing import NoReturn
 
 _NARROWEST = 20
 """columns in which a table can still be read."""
+_COLLECT_AFTER = 50_000
+"""objects; what a command imports is that many, and no garbage."""
 
 
 def main() -> NoReturn:
@@ -24,12 +27,14 @@ def main() -> NoReturn:
         del os.environ["COLUMNS"]  # tables in no columns are empty; without it the terminal is asked
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # not every terminal has arrows and logical signs
+    gc.set_threshold(_COLLECT_AFTER)
     try:
         from ltlc.cli.app import run
 
         code = run(sys.argv[1:])
     except KeyboardInterrupt:
         code = 130
+    gc.freeze()  # else the interpreter looks through all that is left, more than once, before it ends
     sys.exit(code)
 
 
