@@ -6,8 +6,9 @@ and drawing policies need no PyTorch.
 Examples: docs/examples.md.
 """
 
-from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
+
+from ltlc.lazy import on_first_use
 
 if TYPE_CHECKING:
     from .agent import Agent
@@ -70,13 +71,7 @@ _HOME = {
 
 
 if not TYPE_CHECKING:  # a type checker would take every name for an attribute
-
-    def __getattr__(name: str) -> object:
-        for module, names in _HOME.items():
-            if name in names:
-                value = globals()[name] = getattr(_import_module(f".{module}", __name__), name)
-                return value
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    __getattr__ = on_first_use(__name__, {name: f".{home}" for home, names in _HOME.items() for name in names})
 
 
 def __dir__() -> list[str]:

@@ -8,7 +8,6 @@ True
 The names below are imported on first use: `import ltlc` itself loads nothing but the standard library.
 """
 
-from importlib import import_module as _import_module
 from pathlib import Path as _Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING
 if not _Path(__path__[0], "grammars").is_dir():
     __path__.append(str(_Path(__path__[0]).parent))
 
+from ltlc.lazy import on_first_use as _on_first_use
 from ltlc.version import __version__
 
 if TYPE_CHECKING:
@@ -79,12 +79,7 @@ _HOME = {
 
 
 if not TYPE_CHECKING:  # a type checker would take every name for an attribute
-
-    def __getattr__(name: str) -> object:
-        if name not in _HOME:
-            raise AttributeError(f"module 'ltlc' has no attribute {name!r}")
-        value = globals()[name] = getattr(_import_module(_HOME[name]), name)
-        return value
+    __getattr__ = _on_first_use(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

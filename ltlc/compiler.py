@@ -6,18 +6,18 @@ import os
 from collections.abc import Iterable, MutableMapping
 from dataclasses import replace
 from itertools import islice
-from typing import Literal, cast, get_args, overload
+from typing import TYPE_CHECKING, Literal, cast, get_args, overload
 
 from ltlc import formats
-from ltlc.automata import DFA, DRA, OmegaAutomaton
-from ltlc.automata.forms import Form, with_form
 from ltlc.automata.possible import possible_letters
-from ltlc.automata.rabin import AcceptanceKind
+from ltlc.automata.rabin import DRA, AcceptanceKind, Form
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, UnknownNameError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
-from ltlc.translate import Effort, GeneralForm, Options, translate, translate_finite, translate_to_form
-from ltlc.translate import determinise as made_deterministic
+from ltlc.translate import Effort, GeneralForm, Options, translate
+
+if TYPE_CHECKING:
+    from ltlc.automata import DFA, OmegaAutomaton
 
 MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""
@@ -138,10 +138,14 @@ def compile(
         shape, names = canonical_propositions(formula)
         possible = possible_letters(names, exclusive, letters)
         if finite:
+            from ltlc.translate import translate_finite
+
             return translate_finite(formula, max_states=options.max_states, possible=possible)
         options = options._replace(possible=possible)
         text = str(formula)
         if form in get_args(GeneralForm):
+            from ltlc.translate import translate_to_form
+
             general = translate_to_form(shape, cast(GeneralForm, form), options, text=text)
             return replace(general, aps=names, formula=text)
         known = None if cache is None else cache.get((shape, options))
@@ -149,7 +153,12 @@ def compile(
             known = translate(shape, options, text=text)
             if cache is not None:
                 cache[shape, options] = known
-        return with_form(replace(known, aps=names, formula=text), cast(Form, form), max_states=options.max_states)
+        named = replace(known, aps=names, formula=text)
+        if form == "rabin":
+            return named
+        from ltlc.automata import with_form
+
+        return with_form(named, cast(Form, form), max_states=options.max_states)
 
 
 def as_formula(formula_or_text: Formula | str, *, finite: bool = False) -> Formula:
@@ -207,15 +216,18 @@ def load(
     """
     if not determinise:
         return formats.read(path)
-    found = formats.read_any(path)
-    if isinstance(found, OmegaAutomaton):
-        return made_deterministic(found, max_states=max_states, timeout=timeout)
-    return found
+    return _determinised(formats.read_any(path), max_states, timeout)
 
 
 def deterministic(hoa: str, *, max_states: int = MAX_STATES, timeout: float | None = None) -> DRA | DFA:
     """The automaton of an HOA text as `load` with `determinise` gives it."""
-    found = formats.from_hoa(hoa, nondeterministic=True)
-    if isinstance(found, OmegaAutomaton):
-        return made_deterministic(found, max_states=max_states, timeout=timeout)
-    return found
+    return _determinised(formats.from_hoa(hoa, nondeterministic=True), max_states, timeout)
+
+
+def _determinised(automaton: DRA | DFA | OmegaAutomaton, max_states: int, timeout: float | None) -> DRA | DFA:
+    from ltlc.automata import OmegaAutomaton
+    from ltlc.translate import determinise
+
+    if isinstance(automaton, OmegaAutomaton):
+        return determinise(automaton, max_states=max_states, timeout=timeout)
+    return automaton

@@ -35,6 +35,8 @@ from ltlc.errors import (
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 AcceptanceKind = Literal["state", "transition"]
+Form = Literal["rabin", "parity", "buchi", "co-buchi"]
+"""what `ltlc.automata.with_form` makes."""
 
 
 class RabinPair(NamedTuple):

@@ -18,7 +18,7 @@ from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
     from ltlc.automata import DFA, DRA, OmegaAutomaton
-    from ltlc.automata.forms import Form
+    from ltlc.automata.rabin import Form
 
 Formula = Annotated[str | None, typer.Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")]
 Formulas = Annotated[

@@ -5,10 +5,10 @@ Readers and writers are imported on first use: most programs want one of them or
 Examples: docs/examples.md.
 """
 
-from importlib import import_module as _import_module
 from typing import TYPE_CHECKING
 
 from ltlc.automata.formats import FORMATS, Format, register_format
+from ltlc.lazy import on_first_use
 
 if TYPE_CHECKING:
     from ltlc.formats.dot import to_dot
@@ -51,12 +51,7 @@ _HOME = {
 }
 
 if not TYPE_CHECKING:  # a type checker would take every name for an attribute
-
-    def __getattr__(name: str) -> object:
-        if name not in _HOME:
-            raise AttributeError(f"module 'ltlc.formats' has no attribute {name!r}")
-        value = globals()[name] = getattr(_import_module(_HOME[name]), name)
-        return value
+    __getattr__ = on_first_use(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

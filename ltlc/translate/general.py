@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Literal
 
 from ltlc.automata.acceptance import Acceptance, Clause, rabin
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized, merged
@@ -21,11 +20,9 @@ from ltlc.errors import StateLimitExceeded, TimeLimitExceeded
 from ltlc.ltl import Formula, Not
 from ltlc.translate.constructions import CONSTRUCTIONS
 from ltlc.translate.letters import Letters
-from ltlc.translate.options import Options
+from ltlc.translate.options import GeneralForm, Options
 from ltlc.translate.pipeline import translate
 from ltlc.translate.problem import PATIENCE, SLACK, built, problem_of, too_deep, worth_trying
-
-GeneralForm = Literal["emerson-lei", "generalized-rabin", "streett", "limit-deterministic"]
 
 
 def translate_to_form(formula: Formula, form: GeneralForm, options: Options, *, text: str) -> OmegaAutomaton:

@@ -11,6 +11,8 @@ from ltlc.budget import MAX_STATES
 from ltlc.errors import InvalidArgumentError, check_type
 
 Effort = Literal["fast", "default", "best"]
+GeneralForm = Literal["emerson-lei", "generalized-rabin", "streett", "limit-deterministic"]
+"""what `ltlc.translate.translate_to_form` makes."""
 
 
 class Options(NamedTuple):

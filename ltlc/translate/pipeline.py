@@ -1,4 +1,7 @@
-"""From a formula to the smallest Rabin automaton that the constructions find."""
+"""From a formula to the smallest Rabin automaton that the constructions find.
+
+What makes an automaton smaller is imported where it is used: to load it takes longer than to translate a small formula.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,6 @@ import numpy as np
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei
 from ltlc.automata.languages import can_decide_languages
-from ltlc.automata.marks import SIMPLE_MARKS
-from ltlc.automata.parity import to_parity
 from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import Way, to_rabin
 from ltlc.budget import (
@@ -30,11 +31,6 @@ from ltlc.errors import (
     TimeLimitExceeded,
 )
 from ltlc.ltl import Formula
-from ltlc.minimize.collapse import collapse
-from ltlc.minimize.merge_by_trial import EFFORT, merge_by_trial
-from ltlc.minimize.reduce import NORMALIZED, normalized
-from ltlc.minimize.sat_minimize import minimize
-from ltlc.minimize.state_based import to_state_based
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.letters import Letters
@@ -124,18 +120,29 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
             problem = problem_of(formula, options, budget)
             best = _best(problem, budget)
             automaton = best.automaton
-            if not best.weak and NORMALIZED not in automaton.forms and options.acceptance == "transition":
-                with overtime(Overtime.REDUCE):
-                    automaton = normalized(automaton)
+            if not best.weak and options.acceptance == "transition":
+                automaton = _normalized(automaton)
             if options.acceptance == "state":
                 automaton = _state_based(best._replace(automaton=automaton), problem, budget)
         except RecursionError:  # rewriting and the nodes of a closure recurse, each level in a few calls
             raise too_deep(budget) from None
         budget.check_states(automaton.n_states)
         if options.effort == "best":
+            from ltlc.minimize import minimize
+
             left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
             automaton = minimize(automaton, timeout=min(_SAT_SECONDS, left)).automaton
         return replace(automaton, formula=text, translator=best.translator)
+
+
+def _normalized(automaton: DRA) -> DRA:
+    """The automaton in the normal form of `ltlc.minimize.reduce`, also at the deadline."""
+    from ltlc.minimize.reduce import NORMALIZED, normalized
+
+    if NORMALIZED in automaton.forms:
+        return automaton
+    with overtime(Overtime.REDUCE):
+        return normalized(automaton)
 
 
 def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
@@ -145,8 +152,14 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
         return replace(
             automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
         )
+    from ltlc.automata.marks import SIMPLE_MARKS
+    from ltlc.minimize import to_state_based
+    from ltlc.minimize.merge_by_trial import EFFORT
+
     others = []
     if automaton.n_pairs > 1:
+        from ltlc.automata.parity import to_parity
+
         # Many pairs on few states split into many: the chain of marks of a parity condition may split into fewer.
         with suppress(LimitExceeded):
             if automaton.n_states < best.emerson_lei.n_states:
@@ -237,6 +250,8 @@ def _build(construction: Construction, problem: Problem, budget: Budget, closure
     automaton = _paired(emerson_lei, problem.letters, budget)
     if emerson_lei.is_weak:  # minimized exactly
         return Candidate(automaton, construction.name, True, automaton.n_states, emerson_lei, problem.letters)
+    from ltlc.minimize.reduce import normalized
+
     with _spare_time(problem):
         automaton = normalized(automaton)
     try:
@@ -264,6 +279,8 @@ def _improved(found: Candidate, problem: Problem, *, prove: bool) -> Candidate:
     """
     automaton, least = found.automaton, found.least
     if prove and not found.smallest and can_decide_languages(automaton):
+        from ltlc.minimize import collapse
+
         collapsed = collapse(automaton)
         least = max(least, collapsed.lower_bound)
         if collapsed.automaton.n_pairs <= automaton.n_pairs or (
@@ -271,6 +288,8 @@ def _improved(found: Candidate, problem: Problem, *, prove: bool) -> Candidate:
         ):
             automaton = collapsed.automaton
     if automaton.n_states > least:
+        from ltlc.minimize import merge_by_trial
+
         automaton = merge_by_trial(automaton, least=least, words=problem.words)
     return found._replace(automaton=automaton, least=least)
 

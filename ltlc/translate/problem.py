@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ltlc.automata.emerson_lei import EmersonLei, reduced
 from ltlc.budget import Budget
 from ltlc.errors import DepthLimitExceeded, UnknownNameError
 from ltlc.ltl import Formula, propositions, simplify
 from ltlc.ltl.shape import NO_PAST
-from ltlc.minimize.words import Words
 from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, FormulaKind, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
 from ltlc.translate.limits import in_the_limit
-from ltlc.translate.memory import Memory
 from ltlc.translate.mixtures import without_mixtures
 from ltlc.translate.options import Options
+
+if TYPE_CHECKING:
+    from ltlc.minimize.words import Words
+    from ltlc.translate.memory import Memory
 
 _BY_PARTS = ("auto", "product")
 """Where parts are translated one by one, the formula is taken apart before."""
@@ -64,7 +66,11 @@ def _problem(
     formula: Formula, whole: Formula, aps: tuple[str, ...], options: Options, words: Words, budget: Budget
 ) -> Problem:
     letters = letters_of(formula, aps, options.possible)
-    memory = None if formula.flags & NO_PAST else Memory(formula, letters, budget)
+    memory: Memory | None = None
+    if not formula.flags & NO_PAST:
+        from ltlc.translate.memory import Memory
+
+        memory = Memory(formula, letters, budget)
     return Problem(formula, whole, letters, options, words, memory)
 
 

@@ -14,11 +14,23 @@ from cli_process import ROOT, ask, process
 from ltlc.cli.app import run
 
 PHI_1 = "F(A & F B) & G!C & FG T"
+OTHER_WAYS = [
+    "ltlc.automata.forms",
+    "ltlc.automata.parity",
+    "ltlc.ltl.english",
+    "ltlc.minimize",
+    "ltlc.translate.determinisation",
+    "ltlc.translate.finite",
+    "ltlc.translate.general",
+    "ltlc.translate.memory",
+]
+"""what a formula that progression translates does without."""
 
 
 class TestProcess:
     @pytest.mark.slow
     @pytest.mark.parametrize(("arguments", "heavy"), [
+        (["compile", "F a"], ["rich", *OTHER_WAYS]),
         (["compile", PHI_1], ["rich"]),
         (["compile", PHI_1, "-o", "dra.json"], ["rich"]),
         (["compile", PHI_1, "--format", "hoa"], ["rich", "ltlc.formats.hoa_reader", "ltlc.formats.dot"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import inspect
 import pickle
 import shutil
@@ -56,6 +57,28 @@ def test_type_checkers_see_the_same_names() -> None:
     block = next(node for node in tree.body if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test))
     seen = {alias.name: node.module for node in block.body if isinstance(node, ast.ImportFrom) for alias in node.names}
     assert seen == ltlc._HOME
+
+
+@pytest.mark.parametrize("name", ["agents", "automata", "formats", "ltl", "minimize", "translate"])
+def test_names_that_are_imported_on_first_use(name: str) -> None:
+    package = importlib.import_module(f"ltlc.{name}")
+    tree = ast.parse(Path(package.__file__ or "").read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test))
+    seen = {
+        alias.name: f".{node.module}" if node.level else node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    for exported in package.__all__:
+        assert getattr(package, exported) is not None
+    assert set(seen) <= set(package.__all__) <= set(dir(package))
+    modules = {path.stem for path in Path(package.__file__ or "").parent.glob("*.py")}
+    assert not modules & set(seen), "once the module is imported, it would be the value of the name"
+    late = package._HOME
+    if name == "agents":
+        late = {member: f".{home}" for home, names in late.items() for member in names}
+    assert seen == late
 
 
 def test_unknown_attribute() -> None:
