@@ -15,10 +15,11 @@ from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import accepting_walk
 from ltlc.automata.languages import can_decide_languages, equivalent_states
-from ltlc.automata.partition import IntArray, number_blocks, pairs_within
+from ltlc.automata.partition import IntArray, number_blocks
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.errors import TimeLimitExceeded
+from ltlc.minimize.similar import edge_codes, most_similar
 from ltlc.minimize.words import Word, Words, accepts, entered_states
 
 EFFORT = 800_000
@@ -27,8 +28,6 @@ _SHARE_AT_FIRST = 16
 """of which this part, 1 / 16, may be looked at before the first merging: mostly there is none later."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
-_AT_ONCE = 1 << 22
-"""edges of pairs of states that are compared at once: some ten megabytes, where all pairs could take gigabytes."""
 _FIRST_LOOK = 16
 """nodes of a product after which it is looked at for the first time."""
 
@@ -91,7 +90,7 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     merged = True
     while merged:
         merged = False
-        for old, new in _candidates(current, language):
+        for old, new in most_similar(trial.codes, language):
             known = names[old], names[new]
             if known in refuted or origin[known[0]] == origin[known[1]]:
                 continue
@@ -134,25 +133,39 @@ class _Trial:
         words: see `merge_by_trial`.
 
     Attributes:
+        codes: of the automaton, by `edge_codes`.
         n_edges: number of product edges looked at so far, and what else takes as long.
     """
 
     def __init__(self, automaton: DRA, reference: DRA, words: Words) -> None:
-        self.reference = reference
         self._found = words
-        _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
-        self.twin = twins(automaton, reference)
         self.words = [Word(letters) for letters in words]
         self.n_edges = 0
+        self._asks(reference, automaton)
+        self.goes_on(automaton, range(automaton.n_states))
+
+    def _asks(self, reference: DRA, automaton: DRA) -> None:
+        """Decide by this automaton of the language from now on."""
+        self.reference = reference
+        self._reference_codes = edge_codes(reference)
+        _, self.letters = letter_classes([automaton.letter_class, reference.letter_class], len(automaton.letter_class))
+        self.twin = twins(automaton, reference)
         self._shift = 2 * automaton.n_pairs
         self._n_marks = self._shift + 2 * reference.n_pairs
         self._differ = exactly_one(automaton.n_pairs, reference.n_pairs, 1 << self._n_marks)
-        self.goes_on(automaton, range(automaton.n_states))
+        for word in self.words:
+            word.accepted = {}
 
     def goes_on(self, automaton: DRA, states: Iterable[int]) -> None:
-        """Go on with a smaller automaton, which has these states of the one before, in this order."""
+        """Go on with a smaller automaton, which has these states of the one before, in this order.
+
+        It is an automaton of the language itself, and the one to ask once it is the smaller one.
+        """
         self.automaton = automaton
+        self.codes = edge_codes(automaton)
         self.twin = [self.twin[q] for q in states]
+        if automaton.n_states < self.reference.n_states:
+            self._asks(automaton, automaton)
         self._known: dict[tuple[int, int], _Columns] = {}
         for word in self.words:
             word.classes = self._classes(automaton, word)
@@ -243,7 +256,10 @@ class _Trial:
                 language = reference.languages.tolist()
                 residuals = {language[self.twin[q]] for q in inside}
                 others = {r for r in others if language[r] in residuals}
-            kinds = _kinds_of_columns(automaton, inside), _kinds_of_columns(reference, others)
+            kinds = (
+                _kinds_of_columns(automaton, self.codes, inside),
+                _kinds_of_columns(reference, self._reference_codes, others),
+            )
             columns: dict[tuple[int, int], tuple[int, int, int]] = {}
             classes = automaton.letter_class[self.letters], reference.letter_class[self.letters], self.letters
             for c, d, letter in zip(*(entries.tolist() for entries in classes), strict=True):
@@ -266,12 +282,14 @@ def _moves(automaton: DRA, states: Iterable[int], columns: list[int], target: in
     }
 
 
-def _kinds_of_columns(automaton: DRA, inside: set[int]) -> list[int]:
+def _kinds_of_columns(automaton: DRA, codes: IntArray, inside: set[int]) -> list[int]:
     """Per letter class a number, the same for those that do the same as long as the run stays in these states."""
-    kinds: dict[tuple[tuple[int, int], ...], int] = {}
-    tables = [list(zip(automaton.rows[q], automaton.edge_marks[q], strict=True)) for q in sorted(inside)]
-    columns = (tuple(edge if edge[0] in inside else (-1, 0) for edge in column) for column in zip(*tables, strict=True))
-    return [kinds.setdefault(column, len(kinds)) for column in columns]
+    states = sorted(inside)
+    stays = np.zeros(automaton.n_states, dtype=np.bool_)
+    stays[states] = True
+    columns = np.where(stays[automaton.delta[states]], codes[states] + 1, 0).T
+    kinds: list[int] = number_blocks(map(np.ndarray.tobytes, columns)).tolist()
+    return kinds
 
 
 def twins(automaton: DRA, other: DRA) -> list[int]:
@@ -290,17 +308,3 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
                 twin[target] = other.rows[twin[state]][c]
                 order.append(target)
     return [twin[q] for q in range(automaton.n_states)]
-
-
-def _candidates(automaton: DRA, language: IntArray) -> list[tuple[int, int]]:
-    """Pairs (to be replaced, replacement) of states with the same language, the most similar rows first."""
-    old, new = pairs_within(language)
-    marks = number_blocks(mark for row in automaton.edge_marks for mark in row).reshape(automaton.delta.shape)
-    differences = np.empty(len(old), dtype=np.int64)
-    step = max(1, _AT_ONCE // automaton.n_classes)
-    for first in range(0, len(old), step):
-        check_time()
-        a, b = old[first : first + step], new[first : first + step]
-        differences[first : first + step] = ((automaton.delta[a] != automaton.delta[b]) | (marks[a] != marks[b])).sum(1)
-    order = np.lexsort((new, -old, differences))
-    return list(zip(old[order].tolist(), new[order].tolist(), strict=True))

@@ -257,13 +257,6 @@ def test_merging_by_trial_can_be_stopped() -> None:
     assert merge_by_trial(automaton).n_states < automaton.n_states
 
 
-def test_pairs_of_states_are_compared_a_few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    text = "F G(a | X X X a) & F G(!a | X X X !a)"
-    automaton = build(text)
-    monkeypatch.setattr(sys.modules["ltlc.minimize.merge_by_trial"], "_AT_ONCE", 1)
-    assert to_json(build(text)) == to_json(automaton)
-
-
 def test_components_answer_the_same_when_they_are_asked_again() -> None:
     formula = parse("X X(F c -> b) <-> X F(G b xor a)")  # its closure learns atoms between two explorations
     automaton = translate(formula, Options(acceptance="transition"))
