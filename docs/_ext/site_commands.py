@@ -10,7 +10,7 @@ from typing import Any
 import typer
 
 from ltlc.cli import flags
-from ltlc.cli.app import application
+from ltlc.cli.typer_app import application
 
 
 def command_pages() -> Iterator[tuple[str, str]]:

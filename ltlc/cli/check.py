@@ -6,12 +6,11 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from ltlc.cli import flags
 from ltlc.cli.alphabet import check_possible, declared
 from ltlc.cli.inputs import formula_text, given_automaton
 from ltlc.cli.messages import complain
+from ltlc.cli.options import Argument, Option
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -20,23 +19,21 @@ if TYPE_CHECKING:
 
 
 def check(
-    source: Annotated[str, typer.Argument(metavar="SOURCE", help="A formula, a .json or .hoa file, or - to read one.")],
+    source: Annotated[str, Argument(metavar="SOURCE", help="A formula, a .json or .hoa file, or - to read one.")],
     word: Annotated[
         list[str],
-        typer.Option(
+        Option(
             "--word", "-w", metavar="WORD", help="Letters and a cycle, as in 'a; b & c; cycle{!a}'. May be repeated."
         ),
     ],
-    table: Annotated[
-        bool, typer.Option("--table", help="Show where on each word every part of the formula holds.")
-    ] = False,
+    table: Annotated[bool, Option("--table", help="Show where on each word every part of the formula holds.")] = False,
     finite: flags.Finite = False,
     determinise: flags.Determinise = False,
     exclusive: flags.Exclusive = None,
     letters: flags.Letters = None,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Decide whether words satisfy a formula or are accepted by an automaton.
 
     Words are infinite, and with --finite, or an automaton over finite traces,
@@ -89,8 +86,7 @@ def check(
             print(f"{'accepted' if accepted else 'rejected'}: {text}{reason}")
             if table:
                 print(tables.pop(0))
-    if not all(accepted for _, accepted, _ in verdicts):
-        raise typer.Exit(1)
+    return 0 if all(accepted for _, accepted, _ in verdicts) else 1
 
 
 def _judge(

@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
-import typer
-
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.alphabet import declared
 from ltlc.cli.batch import compile_file
 from ltlc.cli.inputs import formula_text
+from ltlc.cli.options import Argument, Option
 from ltlc.cli.outputs import Output, check_targets, write_targets
 from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
@@ -20,25 +19,25 @@ if TYPE_CHECKING:
     from ltlc.automata import DFA, DRA, OmegaAutomaton
     from ltlc.automata.rabin import Form
 
-Formula = Annotated[str | None, typer.Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")]
+Formula = Annotated[str | None, Argument(metavar="FORMULA", help="An LTL formula, or - to read it.")]
 Formulas = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--formulas",
         "-F",
         metavar="FILE",
-        callback=flags.path_given,
+        is_path=True,
         help="A file of formulas, one a line, or - to read them.",
     ),
 ]
 Format = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--format",
         "-f",
         metavar="NAME",
         help="Write the automaton to standard output in this format: {formats}.",
-        autocompletion=flags.names_of("formats"),
+        completion=flags.names_of("formats"),
     ),
 ]
 
@@ -58,7 +57,7 @@ def compile_(
     max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Compile an LTL formula into a deterministic Rabin automaton.
 
     With --finite the formula is about finite traces, and the result is the
@@ -79,9 +78,10 @@ def compile_(
       ltlc compile --finite "G(a -> WX b) & F last" -o dfa.svg
       ltlc compile "F(hall & F kitchen)" --exclusive hall,kitchen,office
     """
+    # First, since numpy comes with it: deep below other imports CPython maps memory for single calls, again and again.
+    from ltlc.automata.formats import FORMATS
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.compiler import compile
-    from ltlc.formats import FORMATS
     from ltlc.translate import GeneralForm
 
     limits: dict[str, Any] = {"max_states": max_states, "timeout": timeout, **declared(exclusive, letters)._asdict()}
@@ -112,11 +112,11 @@ def compile_(
             dra = translated(text)
             with overtime(Overtime.WRITE):
                 _one(dra, targets, form or "hoa", json_)
-        return
+        return 0
     if form not in (None, "hoa") or any(target != "-" and not target.endswith(".hoa") for target in targets):
         raise InvalidArgumentError("-F writes a stream of automata, which only HOA can hold")
     assert formulas is not None
-    raise typer.Exit(compile_file(formulas, translated, targets, json_, timeout))
+    return compile_file(formulas, translated, targets, json_, timeout)
 
 
 def _one(dra: DRA | DFA | OmegaAutomaton, targets: list[str], form: str, json_: bool) -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 
-import typer
-
 from ltlc.cli import flags
 
 
-def doctor(json_: flags.Json = False) -> None:
+def doctor(json_: flags.Json = False) -> int:
     """Say what of ltlc works here, and what to install for the rest.
 
     Every package that it uses is imported once, which takes some seconds. The
@@ -39,5 +37,4 @@ def doctor(json_: flags.Json = False) -> None:
                 if one.advice:
                     print(f"          {one.advice}")
         print(f"\n{'What is needed works.' if health.works else 'Something that is needed does not work; see above.'}")
-    if not health.works:
-        raise typer.Exit(1)
+    return 0 if health.works else 1

@@ -6,25 +6,24 @@ import json
 from collections.abc import Mapping
 from typing import Annotated
 
-import typer
-
 from ltlc.cli import completion, flags, spec
 from ltlc.cli.judged import print_judgement
+from ltlc.cli.options import Argument, Option
 from ltlc.cli.train import headings
 from ltlc.cli.verdicts import checks_of, fitted_text, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
 Run = Annotated[
     str,
-    typer.Argument(
+    Argument(
         metavar="RUN",
-        callback=flags.path_given,
+        is_path=True,
         help="A run folder, as 'ltlc train' makes it; with --policy, a formula, a .json or .hoa file, or -.",
     ),
 ]
 Policy = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--policy",
         metavar="MODULE:NAME",
         help="A policy learned elsewhere: a function of the observation, a network of PyTorch, a model with "
@@ -38,12 +37,12 @@ def evaluate(
     policy: Policy = None,
     env: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--env",
             "-e",
             metavar="ID",
             help="Of --policy: the environment that it acts in.",
-            autocompletion=completion.environments,
+            completion=completion.environments,
         ),
     ] = None,
     labels: spec.Labels = None,
@@ -52,12 +51,12 @@ def evaluate(
     reward: spec.Reward = None,
     set_: spec.Parameters = None,
     episodes: Annotated[
-        int, typer.Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
+        int, Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
     ] = 100,
     precision: Annotated[
-        float, typer.Option("--precision", metavar="X", help="Of --policy: stop where the interval is so narrow.")
+        float, Option("--precision", metavar="X", help="Of --policy: stop where the interval is so narrow.")
     ] = 0.0,
-    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of the sampling.")] = 0,
+    seed: Annotated[int, Option("--seed", least=0, metavar="N", help="Of the sampling.")] = 0,
     prism: flags.Prism = None,
     json_: flags.Json = False,
 ) -> None:

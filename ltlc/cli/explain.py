@@ -6,12 +6,11 @@ import json
 import os
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.explain_run import print_reasons
 from ltlc.cli.inputs import formula_text
+from ltlc.cli.options import Argument, Option
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -20,28 +19,28 @@ if TYPE_CHECKING:
 
 def explain(
     formula: Annotated[
-        str, typer.Argument(metavar="FORMULA", help="A formula, or - to read it; or the folder of a training run.")
+        str, Argument(metavar="FORMULA", help="A formula, or - to read it; or the folder of a training run.")
     ],
-    other: Annotated[str | None, typer.Argument(metavar="[OTHER]", help="A formula to compare it with.")] = None,
+    other: Annotated[str | None, Argument(metavar="[OTHER]", help="A formula to compare it with.")] = None,
     finite: flags.Finite = False,
     max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
     output: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--output",
             "-o",
             metavar="FILE",
-            callback=flags.path_given,
+            is_path=True,
             help="Of a run: draw the ways to fail on the map.",
         ),
     ] = None,
     episodes: Annotated[
-        int, typer.Option("--episodes", "-n", min=1, metavar="N", help="Of a run that is sampled: how many.")
+        int, Option("--episodes", "-n", least=1, metavar="N", help="Of a run that is sampled: how many.")
     ] = 200,
-    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of the sampling.")] = 0,
+    seed: Annotated[int, Option("--seed", least=0, metavar="N", help="Of the sampling.")] = 0,
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Say a formula in plain English, and what of it is often meant otherwise.
 
     Brackets stand wherever one sentence stands inside another, so that there is
@@ -66,7 +65,7 @@ def explain(
         if other is not None or finite:
             raise InvalidArgumentError(f"{formula} is a folder: explain it alone")
         print_reasons(formula, output, episodes, seed, json_)
-        return
+        return 0
     if output is not None:
         raise InvalidArgumentError(f"-o draws what a run loses, and {formula!r} is no folder of a run")
     if other is not None and finite:
@@ -85,8 +84,7 @@ def explain(
                 print(f"  mind: {warning}")
         for side, word in apart.items():
             print(f"{side}: {word or 'no word'}")
-    if any(apart.values()):
-        raise typer.Exit(1)
+    return 1 if any(apart.values()) else 0
 
 
 def _said(formula: Formula, finite: bool) -> dict[str, Any]:

@@ -6,10 +6,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from ltlc.cli import flags, spec
 from ltlc.cli.diagnostics import tell
+from ltlc.cli.options import Argument, Option
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def faithful(
-    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
+    formula: Annotated[str, Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
     env: spec.GivenEnv,
     labels: spec.Labels = None,
     variables: spec.Variables = None,
@@ -25,12 +24,12 @@ def faithful(
     initial_label: spec.InitialLabel = "read",
     reward: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--reward",
             "-r",
             metavar="NAME[,KEY=VALUE...]",
             help="A scheme from 'ltlc rewards', with parameters. May be repeated.",
-            show_default="all, with the parameters of their papers",
+            shown_default="all, with the parameters of their papers",
         ),
     ] = None,
     on_deadlock: spec.OnDeadlock = None,
@@ -42,9 +41,7 @@ def faithful(
     translator: flags.Translator = "auto",
     output: Annotated[
         str | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", callback=flags.path_given, help="Draw the table: .png, .svg or .pdf."
-        ),
+        Option("--output", "-o", metavar="FILE", is_path=True, help="Draw the table: .png, .svg or .pdf."),
     ] = None,
     json_: flags.Json = False,
 ) -> None:

@@ -6,9 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Annotated, Literal
 
-import typer
-
-from ltlc.errors import InvalidArgumentError
+from ltlc.cli.options import Option
 
 
 def _translators() -> Iterable[str]:
@@ -65,40 +63,28 @@ def names_of(kind: str) -> Callable[[str], list[str]]:
     return lambda incomplete: [name for name in NAMES[kind]() if name.startswith(incomplete)]
 
 
-def path_given(parameter: typer.CallbackParam, value: str | list[str] | None) -> str | list[str] | None:
-    """Callback of options that name a path: an empty one, as of a variable that is not set, is no default.
-
-    Raises:
-        InvalidArgumentError: the path is empty or blank.
-    """
-    for path in [value] if isinstance(value, str) else value or []:
-        if not path.strip():
-            raise InvalidArgumentError(f"{parameter.opts[0]} is empty; give a path")
-    return value
-
-
 Translator = Annotated[
     str,
-    typer.Option(
+    Option(
         "--translator",
         "-t",
         metavar="NAME",
         help="Construction to use: {translators}; auto keeps the smallest result of several. See 'ltlc translators'.",
-        autocompletion=names_of("translators"),
+        completion=names_of("translators"),
     ),
 ]
 Effort = Annotated[
     Literal["fast", "default", "best"],
-    typer.Option("--effort", "-e", help="Stop at the first good automaton, compare several, or find the smallest."),
+    Option("--effort", "-e", help="Stop at the first good automaton, compare several, or find the smallest."),
 ]
 Acceptance = Annotated[
     Literal["state", "transition"],
-    typer.Option("--acceptance", "-a", help="Put the marks of the pairs on states or on transitions."),
+    Option("--acceptance", "-a", help="Put the marks of the pairs on states or on transitions."),
 ]
-Finite = Annotated[bool, typer.Option("--finite", help="Read the formula as one about finite traces (LTLf).")]
+Finite = Annotated[bool, Option("--finite", help="Read the formula as one about finite traces (LTLf).")]
 Goal = Annotated[
     Literal["reach", "end"],
-    typer.Option("--goal", help="Satisfy a formula about finite traces at some time, or where the episode ends."),
+    Option("--goal", help="Satisfy a formula about finite traces at some time, or where the episode ends."),
 ]
 Form = Annotated[
     Literal[
@@ -111,11 +97,11 @@ Form = Annotated[
         "streett",
         "limit-deterministic",
     ],
-    typer.Option("--form", help="Another acceptance condition, on transitions; the last four are written as HOA only."),
+    Option("--form", help="Another acceptance condition, on transitions; the last four are written as HOA only."),
 ]
 Exclusive = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--exclusive",
         metavar="A,B,...",
         help="Propositions of which at most one holds at a time: other letters are left out. May be repeated.",
@@ -123,30 +109,30 @@ Exclusive = Annotated[
 ]
 Letters = Annotated[
     str | None,
-    typer.Option("--letters", metavar="'A; B & C; 1'", help="All letters that are possible (1: nothing holds)."),
+    Option("--letters", metavar="'A; B & C; 1'", help="All letters that are possible (1: nothing holds)."),
 ]
 Determinise = Annotated[
-    bool, typer.Option("--determinise", help="Make a nondeterministic Buchi automaton in HOA deterministic.")
+    bool, Option("--determinise", help="Make a nondeterministic Buchi automaton in HOA deterministic.")
 ]
 MaxStates = Annotated[
     int,
-    typer.Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),
+    Option("--max-states", metavar="N", help="Give up, with exit code 3, before building more states."),
 ]
 Timeout = Annotated[
     float | None,
-    typer.Option("--timeout", metavar="SECONDS", help="Give up, with exit code 3, after this time."),
+    Option("--timeout", metavar="SECONDS", help="Give up, with exit code 3, after this time."),
 ]
 Prism = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--prism",
         metavar="DIR",
-        callback=path_given,
+        is_path=True,
         help="Write files with which PRISM or Storm can check the probability.",
     ),
 ]
 Device = Annotated[
     str | None,
-    typer.Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...; of double-dqn.", show_default="cpu"),
+    Option("--device", metavar="NAME", help="cpu, cuda, cuda:1, ...; of double-dqn.", shown_default="cpu"),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+Json = Annotated[bool, Option("--json", help="Print the result as JSON.")]

@@ -1,12 +1,9 @@
-"""Registries as lists: what there is, and who is to be cited for it; and their names in the help of the commands."""
+"""Registries as lists: what there is, and who is to be cited for it."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
-
-from typer.core import TyperCommand
 
 from ltlc.cli import flags
 
@@ -94,23 +91,6 @@ def labellers(json_: flags.Json = False) -> None:
         ],
         json_,
     )
-
-
-class Command(TyperCommand):
-    """A command in whose help `{suffixes}`, `{formats}`, `{rewards}` and so on become the names that there are.
-
-    They are looked up when the help is asked for, so that starting a command imports nothing.
-    """
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Print the help."""
-        for parameter in self.params:
-            text = getattr(parameter, "help", None)
-            for kind in flags.NAMES:
-                if text and f"{{{kind}}}" in text:
-                    text = text.replace(f"{{{kind}}}", ", ".join(flags.NAMES[kind]()) or "none yet")
-                    parameter.help = text  # type: ignore[attr-defined]
-        super().format_help(ctx, formatter)
 
 
 def _assignments(values: Mapping[str, object]) -> str:

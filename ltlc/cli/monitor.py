@@ -5,29 +5,28 @@ from __future__ import annotations
 import json
 from typing import Annotated
 
-import typer
-
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import standard_input
 from ltlc.cli.letter_lines import LetterLines
 from ltlc.cli.messages import complain
+from ltlc.cli.options import Argument, Option
 from ltlc.errors import FileFormatError
 
 
 def monitor(
-    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula.")],
+    formula: Annotated[str, Argument(metavar="FORMULA", help="A formula.")],
     finite: flags.Finite = False,
     exclusive: flags.Exclusive = None,
     letters: flags.Letters = None,
     max_states: flags.MaxStates = MAX_STATES,
     timeout: flags.Timeout = None,
     csv_: Annotated[
-        bool, typer.Option("--csv", help="Read a table: names of columns in the first line, then a letter a row.")
+        bool, Option("--csv", help="Read a table: names of columns in the first line, then a letter a row.")
     ] = False,
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Read letters from standard input, one a line, and print what they say of a formula.
 
     A letter is the names of what holds, with blanks, commas or & between them
@@ -67,5 +66,4 @@ def monitor(
     if n_letters == 0 and finite:
         raise FileFormatError("there is no letter on standard input, and a trace has one at least")
     unfulfilled = watching.verdict is Verdict.PRESUMABLY_VIOLATED and finite
-    if watching.verdict is Verdict.VIOLATED or unfulfilled:
-        raise typer.Exit(1)
+    return 1 if watching.verdict is Verdict.VIOLATED or unfulfilled else 0

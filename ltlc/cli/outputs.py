@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from ltlc.cli import flags
+from ltlc.cli.options import Option
 from ltlc.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -17,11 +15,11 @@ if TYPE_CHECKING:
 
 Output = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--output",
         "-o",
         metavar="FILE",
-        callback=flags.path_given,
+        is_path=True,
         help="Where to write: {suffixes}, or - for standard output. May be repeated.",
     ),
 ]

@@ -4,31 +4,27 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
-from ltlc.cli import flags
+from ltlc.cli.options import Argument, Option
 from ltlc.errors import InvalidArgumentError
 
 
 def report(
-    run: Annotated[
-        str, typer.Argument(metavar="RUN", callback=flags.path_given, help="A run folder, as 'ltlc train' makes it.")
-    ],
+    run: Annotated[str, Argument(metavar="RUN", is_path=True, help="A run folder, as 'ltlc train' makes it.")],
     output: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--output",
             "-o",
             metavar="FILE",
-            callback=flags.path_given,
-            show_default="report.html in the folder",
+            is_path=True,
+            shown_default="report.html in the folder",
             help="Where to write the page.",
         ),
     ] = None,
     episodes: Annotated[
-        int, typer.Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
+        int, Option("--episodes", "-n", metavar="N", help="Episodes to sample where nothing exact is possible.")
     ] = 100,
-    seed: Annotated[int, typer.Option("--seed", min=0, metavar="N", help="Of the episode that is shown.")] = 0,
+    seed: Annotated[int, Option("--seed", least=0, metavar="N", help="Of the episode that is shown.")] = 0,
 ) -> None:
     """Write a page about a run: verdict, automaton, learning curve, policy, failures, and an episode to step through.
 

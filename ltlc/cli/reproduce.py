@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
 from ltlc.cli import flags
 from ltlc.cli.messages import complain
+from ltlc.cli.options import Argument, Option
 from ltlc.cli.progress import training_display
 from ltlc.cli.verdicts import number
 from ltlc.errors import InvalidArgumentError
@@ -26,31 +25,27 @@ UNLEARNED = 0.2
 
 
 def reproduce(
-    case: Annotated[Literal["case1", "case2", "runtime"], typer.Argument(help="Sections 5.1, 5.2, 5.3 of the thesis.")],
-    static: Annotated[bool, typer.Option("--static", help="Only the static environment (cases 1 and 2).")] = False,
-    dynamic: Annotated[bool, typer.Option("--dynamic", help="Only the dynamic one, labels seen by chance.")] = False,
+    case: Annotated[Literal["case1", "case2", "runtime"], Argument(help="Sections 5.1, 5.2, 5.3 of the thesis.")],
+    static: Annotated[bool, Option("--static", help="Only the static environment (cases 1 and 2).")] = False,
+    dynamic: Annotated[bool, Option("--dynamic", help="Only the dynamic one, labels seen by chance.")] = False,
     seeds: Annotated[
         int | None,
-        typer.Option(
-            "--seeds", metavar="N", help="Train with seeds 0 to N-1.", show_default="1; runtime 3, with --quick 1"
-        ),
+        Option("--seeds", metavar="N", help="Train with seeds 0 to N-1.", shown_default="1; runtime 3, with --quick 1"),
     ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A tenth of the steps, or one seed: to see that it works.")
-    ] = False,
+    quick: Annotated[bool, Option("--quick", help="A tenth of the steps, or one seed: to see that it works.")] = False,
     out: Annotated[
         str | None,
-        typer.Option(
+        Option(
             "--out",
             "-o",
             metavar="DIR",
-            callback=flags.path_given,
+            is_path=True,
             help="Where runs and figures go.",
-            show_default="reproduce/CASE",
+            shown_default="reproduce/CASE",
         ),
     ] = None,
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Run the experiments of the thesis and print its figures beside ours.
 
     Recorded automata and rewards are those of the thesis; the agents are ours,
@@ -72,7 +67,7 @@ def reproduce(
         raise InvalidArgumentError(f"--seeds is {seeds}; at least 1 is needed")
     folder = Path("reproduce") / case if out is None else Path(out)
     if case == "runtime":
-        raise typer.Exit(_compare_runtime(folder, seeds, quick, json_))
+        return _compare_runtime(folder, seeds, quick, json_)
     wanted = {"static": static, "dynamic": dynamic} if static != dynamic else {}
     outcomes: dict[str, list[Outcome]] = {}
     for name, experiment in thesis.EXPERIMENTS[case].items():
@@ -85,16 +80,17 @@ def reproduce(
             with training_display(steps, quiet=json_) as display:
                 done = thesis.reproduce(experiment, folder / f"{name}-{seed}", seed=seed, steps=steps, callback=display)
             if done is None:
-                raise typer.Exit(complain("interrupted", code=130))
+                return complain("interrupted", code=130)
             outcomes.setdefault(name, []).append(done)
     pictures = _draw(case, folder, outcomes)
     if json_:
         print(json.dumps([_values(one) for runs in outcomes.values() for one in runs], indent=2))
-        return
+        return 0
     for runs in outcomes.values():
         for one in runs:
             _print_outcome(one)
     print("Pictures:", *pictures, sep="\n  ")
+    return 0
 
 
 def _draw(case: str, folder: Path, outcomes: dict[str, list[Outcome]]) -> list[Path]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from ltlc.budget import MAX_STATES
 from ltlc.cli import flags
 from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import given_automaton
+from ltlc.cli.options import Argument
 from ltlc.cli.outputs import Output, check_targets, write_targets
 from ltlc.cli.summary import as_data, print_summary
 from ltlc.errors import InvalidArgumentError
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def show(
-    source: Annotated[str, typer.Argument(metavar="SOURCE", help="A .json or .hoa file, a formula, or - to read one.")],
+    source: Annotated[str, Argument(metavar="SOURCE", help="A .json or .hoa file, a formula, or - to read one.")],
     output: Output = None,
     finite: flags.Finite = False,
     determinise: flags.Determinise = False,

@@ -6,11 +6,10 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from ltlc.cli import flags, spec
 from ltlc.cli.diagnostics import tell
 from ltlc.cli.messages import complain
+from ltlc.cli.options import Argument, Option
 from ltlc.cli.verdicts import checks_of, maximum_text, print_checks, print_figures, warn_of_shortfall
 from ltlc.errors import InvalidArgumentError
 
@@ -23,18 +22,18 @@ if TYPE_CHECKING:
 
 Picture = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--output",
         "-o",
         metavar="FILE",
-        callback=flags.path_given,
+        is_path=True,
         help="Draw the policy that is optimal for the rewards.",
     ),
 ]
 
 
 def solve(
-    formula: Annotated[str, typer.Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
+    formula: Annotated[str, Argument(metavar="FORMULA", help="A formula, a .json or .hoa file, or -.")],
     env: spec.GivenEnv,
     labels: spec.Labels = None,
     variables: spec.Variables = None,
@@ -43,7 +42,7 @@ def solve(
     reward: spec.Reward = None,
     set_: spec.Parameters = None,
     gamma: Annotated[
-        float | None, typer.Option("--gamma", metavar="X", help="Short for --set gamma=X.", show_default="the scheme's")
+        float | None, Option("--gamma", metavar="X", help="Short for --set gamma=X.", shown_default="the scheme's")
     ] = None,
     on_deadlock: spec.OnDeadlock = None,
     on_termination: spec.OnTermination = "repeat",

@@ -6,11 +6,10 @@ import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import typer
-
 from ltlc.cli import completion, flags
 from ltlc.cli.alphabet import declared
 from ltlc.cli.inputs import given_automaton
+from ltlc.cli.options import Option
 from ltlc.cli.values import assignments, kinds_of
 from ltlc.errors import InvalidArgumentError
 
@@ -23,27 +22,27 @@ if TYPE_CHECKING:
 
 Labels = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--labels",
         "-l",
         metavar="MODULE:NAME",
         help="A function of the observation that returns the names that hold, or a dict of predicates; or the name of "
         "registered ones: {labellers}.",
-        autocompletion=completion.labels,
+        completion=completion.labels,
     ),
 ]
-_ENV = typer.Option(
+_ENV = Option(
     "--env",
     "-e",
     metavar="ID",
     help="An environment of Gymnasium's registry, or MODULE:ID.",
-    autocompletion=completion.environments,
+    completion=completion.environments,
 )
 Env = Annotated[str | None, _ENV]
 GivenEnv = Annotated[str, _ENV]
 Variables = Annotated[
     list[str] | None,
-    typer.Option(
+    Option(
         "--variables",
         metavar="NAME=PLACE",
         help="Where in an observation a number of that name stands, as in x=0 or speed=car.1; propositions are then "
@@ -52,59 +51,59 @@ Variables = Annotated[
 ]
 Robustness = Annotated[
     float | None,
-    typer.Option(
+    Option(
         "--robustness",
-        min=0.0,
+        least=0.0,
         metavar="WEIGHT",
         help="Let values begin with this weight times how near the numbers of --variables are to what is waited for. "
         "It changes no optimal policy.",
-        show_default="0",
+        shown_default="0",
     ),
 ]
 EnvArguments = Annotated[
     list[str] | None,
-    typer.Option("--env-set", metavar="KEY=VALUE", help="An argument of the environment. May be repeated."),
+    Option("--env-set", metavar="KEY=VALUE", help="An argument of the environment. May be repeated."),
 ]
 EpisodeSteps = Annotated[
     int | None,
-    typer.Option("--episode-steps", min=1, metavar="N", help="Cut episodes after N steps.", show_default="the env's"),
+    Option("--episode-steps", least=1, metavar="N", help="Cut episodes after N steps.", shown_default="the env's"),
 ]
 Discretise = Annotated[
     int | None,
-    typer.Option(
+    Option(
         "--discretise",
-        min=2,
+        least=2,
         metavar="N",
         help="Of continuous actions: take N values of each coordinate.",
-        show_default="no",
+        shown_default="no",
     ),
 ]
 InitialLabel = Annotated[
     Literal["read", "skip"],
-    typer.Option("--initial-label", help="Whether the automaton reads the label of the first observation."),
+    Option("--initial-label", help="Whether the automaton reads the label of the first observation."),
 ]
 Reward = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--reward",
         "-r",
         metavar="NAME",
         help="A scheme: {rewards}, or MODULE:CLASS. See 'ltlc rewards'.",
-        show_default="the recommended one",
-        autocompletion=flags.names_of("rewards"),
+        shown_default="the recommended one",
+        completion=flags.names_of("rewards"),
     ),
 ]
 Parameters = Annotated[
     list[str] | None,
-    typer.Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the reward scheme. May be repeated."),
+    Option("--set", "-s", metavar="KEY=VALUE", help="A parameter of the reward scheme. May be repeated."),
 ]
 OnDeadlock = Annotated[
     Literal["stay", "initial", "terminate"] | None,
-    typer.Option("--on-deadlock", help="What follows a violation.", show_default="what the scheme says"),
+    Option("--on-deadlock", help="What follows a violation.", shown_default="what the scheme says"),
 ]
 OnTermination = Annotated[
     Literal["repeat", "cut"],
-    typer.Option("--on-termination", help="Where the environment ends: its last letter for ever, or nothing."),
+    Option("--on-termination", help="Where the environment ends: its last letter for ever, or nothing."),
 ]
 
 

@@ -7,10 +7,9 @@ import os
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import typer
-
 from ltlc.cli import flags
 from ltlc.cli.messages import complain
+from ltlc.cli.options import Argument, Option
 from ltlc.cli.verdicts import number
 
 if TYPE_CHECKING:
@@ -18,23 +17,21 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    grid: Annotated[
-        str, typer.Argument(metavar="GRID", callback=flags.path_given, help="A .toml file that says what to run.")
-    ],
+    grid: Annotated[str, Argument(metavar="GRID", is_path=True, help="A .toml file that says what to run.")],
     processes: Annotated[
         int | None,
-        typer.Option("--processes", "-j", min=1, metavar="N", help="Runs at a time.", show_default="one per core"),
+        Option("--processes", "-j", least=1, metavar="N", help="Runs at a time.", shown_default="one per core"),
     ] = None,
     engine: Annotated[
         Literal["processes", "ray"],
-        typer.Option(
+        Option(
             "--engine",
             help="Processes of this machine, or tasks of Ray: on the cluster that there is, else on "
             "one of its own here.",
         ),
     ] = "processes",
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Train formulas x environments x rewards x agents x seeds, and make one table of what came out.
 
     Each run has a folder of its own, as 'ltlc train' makes it. Started again,
@@ -83,8 +80,7 @@ def sweep(
         print(f"Files: {', '.join(map(str, files))}")
     for name, said in failed.items():
         complain(f"{name}: {said.removeprefix('ltlc: ')}")
-    if failed:
-        raise typer.Exit(1)
+    return 1 if failed else 0
 
 
 def _engine(name: Literal["processes", "ray"], processes: int | None) -> Engine:

@@ -9,8 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-import typer
-
 from ltlc.cli import flags, spec
 from ltlc.cli import training_options as options
 from ltlc.cli.diagnostics import tell
@@ -66,7 +64,7 @@ def train(
     force: options.Force = False,
     quiet: options.Quiet = False,
     json_: flags.Json = False,
-) -> None:
+) -> int:
     """Train an agent to satisfy a formula in an environment, and judge it.
 
     The run folder gets the configuration, metrics, the automaton, the policy,
@@ -113,7 +111,7 @@ def train(
             run.move_to(device)
         if resume and workers is not None:
             run.config = replace(run.config, workers=workers)
-        raise typer.Exit(_train(run, resume, quiet or json_, json_, memory, _called(callback)))
+        return _train(run, resume, quiet or json_, json_, memory, _called(callback))
 
 
 def _with_agent(

@@ -30,10 +30,10 @@ OTHER_WAYS = [
 class TestProcess:
     @pytest.mark.slow
     @pytest.mark.parametrize(("arguments", "heavy"), [
-        (["compile", "F a"], ["rich", *OTHER_WAYS]),
-        (["compile", PHI_1], ["rich"]),
-        (["compile", PHI_1, "-o", "dra.json"], ["rich"]),
-        (["compile", PHI_1, "--format", "hoa"], ["rich", "ltlc.formats.hoa_reader", "ltlc.formats.dot"]),
+        (["compile", "F a"], ["typer", "rich", *OTHER_WAYS]),
+        (["compile", PHI_1], ["typer", "rich"]),
+        (["compile", PHI_1, "-o", "dra.json"], ["typer", "rich"]),
+        (["compile", PHI_1, "--format", "hoa"], ["typer", "rich", "ltlc.formats.hoa_reader", "ltlc.formats.dot"]),
         (["--version"], ["rich", "numpy", "ltlc.ltl", "ltlc.automata"]),
         (["--help"], ["numpy", "ltlc.ltl", "ltlc.automata"]),
     ])  # fmt: skip
