@@ -69,6 +69,7 @@ $(INSTALLED): pyproject.toml constraints.txt
 	@$(BIN)/python -m pip install --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt graphviz-pure || \
 		echo "no graphviz-pure for this system: pictures of automata need Graphviz (dot)"
+	@$(BIN)/python -m compileall -q ltlc agents grammars || true  # else each start compiles, where Python may not write
 	@echo "installed."
 	@touch $@
 

@@ -8,12 +8,12 @@ True
 The names below are imported on first use: `import ltlc` itself loads nothing but the standard library.
 """
 
-from pathlib import Path as _Path
+import os.path as _path
 from typing import TYPE_CHECKING
 
 # The wheel carries agents/ and grammars/ inside this package; a checkout keeps them beside it.
-if not _Path(__path__[0], "grammars").is_dir():
-    __path__.append(str(_Path(__path__[0]).parent))
+if not _path.isdir(_path.join(__path__[0], "grammars")):
+    __path__.append(_path.dirname(__path__[0]))
 
 from ltlc.lazy import on_first_use as _on_first_use
 from ltlc.version import __version__

@@ -19,13 +19,12 @@
     UserWarning
     └── RewardWarning                      rewards may teach something else than the formula
 
-`str(error)` is one paragraph for a person: what is wrong, where, and what to do about it.
+`str(error)` is one paragraph for a person: what is wrong, where, and what to do about it. What only an error needs is
+imported when it is shown.
 """
 
 from __future__ import annotations
 
-import difflib
-import unicodedata
 from collections.abc import Iterable
 
 
@@ -73,6 +72,8 @@ def _in_place_of(character: str) -> str:
 
 def _columns(character: str) -> int:
     """How many columns of a terminal a character takes."""
+    import unicodedata
+
     if unicodedata.combining(character):
         return 0
     return 2 if unicodedata.east_asian_width(character) in "WF" else 1
@@ -98,6 +99,8 @@ class UnknownNameError(InvalidArgumentError):
         super().__init__(kind, name, self.known)
 
     def __str__(self) -> str:
+        import difflib
+
         near = difflib.get_close_matches(str(self.name), self.known, n=3)
         advice = f"Did you mean {' or '.join(near)}?" if near else f"Known: {', '.join(self.known)}."
         return f"unknown {self.kind} {self.name!r}. {advice}"

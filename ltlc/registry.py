@@ -14,11 +14,9 @@ purpose, and nothing else in the package changes after import.
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar, overload
 
@@ -188,7 +186,7 @@ def import_module(place: str, purpose: str) -> ModuleType:
     """
     try:
         if place.endswith(".py"):
-            return _from_file(Path(place))
+            return _from_file(place)
         sys.path.insert(0, os.getcwd())
         try:
             return importlib.import_module(place)
@@ -205,10 +203,14 @@ def import_module(place: str, purpose: str) -> ModuleType:
         raise InvalidArgumentError(f"{purpose}: {why}") from error
 
 
-def _from_file(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+def _from_file(place: str) -> ModuleType:
+    from importlib.util import module_from_spec, spec_from_file_location
+    from pathlib import Path
+
+    path = Path(place)
+    spec = spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
         raise FileNotFoundError(path)
-    module = importlib.util.module_from_spec(spec)
+    module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

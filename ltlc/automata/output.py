@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from ltlc.automata.formats import FORMATS
 from ltlc.errors import MissingProgramError, TimeLimitExceeded
 from ltlc.registry import import_object
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 NOTEBOOK_STATES = 200
 """A notebook shows larger automata as one line: Graphviz would take minutes, and nobody could read the result."""

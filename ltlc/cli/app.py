@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import traceback
 import warnings
 from collections.abc import Sequence
 
@@ -42,12 +41,16 @@ def run(arguments: Sequence[str]) -> int:
         except (EOFError, KeyboardInterrupt):
             return 130
         except SystemExit as done:
+            import traceback
+
             *_, (frame, line) = traceback.walk_tb(done.__traceback__)
             if not frame.f_globals["__name__"].startswith("typer."):  # shell completion ends that way
                 where = f"{frame.f_code.co_filename}:{line}"
                 return complain(f"{where} calls sys.exit while the command runs; let it raise an exception")
             code = done.code
         except Exception:
+            import traceback
+
             traceback.print_exc()
             return complain("this is a bug; please report it with the lines above", code=70)
     return code if isinstance(code, int) else 0

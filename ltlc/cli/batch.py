@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ltlc.cli.inputs import standard_input
@@ -39,6 +38,8 @@ def compile_file(
     Returns:
         The exit code: 2 if a line failed, else 0.
     """
+    from pathlib import Path
+
     from ltlc.atomic import atomic_write_all
     from ltlc.budget import Overtime, overtime, time_limit
     from ltlc.errors import LtlcError
@@ -74,6 +75,8 @@ def _opened(source: str) -> Iterator[Iterable[str]]:
     if source == "-":
         yield standard_input()
     else:
+        from pathlib import Path
+
         with Path(source).open(encoding="utf-8") as stream:
             yield stream
 

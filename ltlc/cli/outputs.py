@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from ltlc.cli.options import Option
@@ -31,6 +30,10 @@ def check_targets(targets: Sequence[str]) -> None:
     Raises:
         InvalidArgumentError: a suffix stands for no format, or the folder does not exist.
     """
+    if not set(targets) - {"-"}:
+        return
+    from pathlib import Path
+
     from ltlc.automata.formats import format_of_suffix, suffixes
 
     for target in map(Path, targets):

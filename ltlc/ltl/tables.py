@@ -12,9 +12,9 @@ References:
 from __future__ import annotations
 
 import json
+import os
 import zlib
 from importlib import import_module
-from pathlib import Path
 from typing import Any, NamedTuple
 
 UNKNOWN = "_UNKNOWN"
@@ -61,11 +61,11 @@ class Tables(NamedTuple):
 
 def load() -> Tables:
     """The tables, from the file if it was made from the grammar as it is."""
-    folder = Path(*import_module("ltlc.grammars").__path__)
-    grammar = (folder / "ltl.lark").read_text(encoding="utf-8")
-    ready = folder / "ltl.json"
-    if ready.is_file():
-        document = json.loads(ready.read_text(encoding="utf-8"))
+    (folder,) = import_module("ltlc.grammars").__path__
+    grammar = _text(os.path.join(folder, "ltl.lark"))
+    ready = os.path.join(folder, "ltl.json")
+    if os.path.isfile(ready):
+        document = json.loads(_text(ready))
         if document["checksum"] == _checksum(grammar):
             rules = [Rule(size, tuple(kept), tuple(spliced), *rest) for size, kept, spliced, *rest in document["rules"]]
             return Tables(document["pattern"], document["last_state"], rules, document["actions"])
@@ -127,5 +127,11 @@ def keep(folder: str) -> None:
     Args:
         folder: of the grammars.
     """
-    grammar = Path(folder, "ltl.lark").read_text(encoding="utf-8")
-    Path(folder, "ltl.json").write_text(as_json(grammar), encoding="utf-8")
+    made = as_json(_text(os.path.join(folder, "ltl.lark")))
+    with open(os.path.join(folder, "ltl.json"), "w", encoding="utf-8") as file:
+        file.write(made)
+
+
+def _text(path: str) -> str:
+    with open(path, encoding="utf-8") as file:
+        return file.read()
