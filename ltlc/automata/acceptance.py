@@ -100,8 +100,12 @@ def simplify(clauses: Iterable[Clause], limit: int | None = None) -> Acceptance:
     Raises:
         TooManyClausesError: more than `limit` remain.
     """
+    distinct = set(clauses)
+    if len(distinct) == 1 and limit is None:
+        (alone,) = distinct
+        return NEVER if alone.fin & alone.inf else (alone,)
     kept: list[Clause] = []
-    for n, clause in enumerate(sorted(set(clauses), key=_length), 1):
+    for n, clause in enumerate(sorted(distinct, key=_length), 1):
         if not n & 63:
             check_time()
         fin, inf, promises = clause

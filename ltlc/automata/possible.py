@@ -143,9 +143,12 @@ class LetterNumbers:
 
     def holding(self, index: int) -> int:
         """The letters in which proposition `index` holds, as a truth table: bit k = value at letter number k."""
+        if self.possible is None:
+            place = 1 << index
+            return _repeated((1 << place) - 1 << place, 2 * place, self.size)
         bit, block, n_block = 1 << index, 0, 0
         place = 1
-        for part in self.possible or tuple((0, 1 << i) for i in range(len(self.aps))):
+        for part in self.possible:
             if bit & _union(part):
                 ones = (1 << place) - 1
                 block = sum(ones << place * digit for digit, mask in enumerate(part) if mask & bit)
@@ -154,16 +157,20 @@ class LetterNumbers:
             place *= len(part)
         if not block:
             return 0
-        table, width = block, n_block
-        while width < self.size:
-            table |= table << width
-            width *= 2
-        return table & self.all
+        return _repeated(block, n_block, self.size)
 
     @property
     def all(self) -> int:
         """The truth table of every letter."""
         return (1 << self.size) - 1
+
+
+def _repeated(block: int, width: int, size: int) -> int:
+    """The truth table of this size that repeats one of this width."""
+    while width < size:
+        block |= block << width
+        width *= 2
+    return block & (1 << size) - 1
 
 
 def mask_type(n_aps: int) -> np.dtype[Any]:

@@ -8,8 +8,7 @@ indexed by class: `delta[state, letter_class[letter]]`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from numbers import Integral
 from typing import Literal, NamedTuple, Self
@@ -35,6 +34,8 @@ from ltlc.errors import (
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 AcceptanceKind = Literal["state", "transition"]
+_FEW_LETTERS = 64
+"""are looked at faster one by one than as an array."""
 Form = Literal["rabin", "parity", "buchi", "co-buchi"]
 """what `ltlc.automata.with_form` makes."""
 
@@ -107,10 +108,8 @@ class DRA(Output):
         _check(self.fin.shape == self.inf.shape, "fin and inf have different shapes")
         _check(n_states > 0 and n_classes > 0, "there is no state or no letter class")
         _check(0 <= self.initial_state < n_states, f"initial state {self.initial_state} of {n_states} states")
-        _check(bool(self.delta.min() >= 0 and self.delta.max() < n_states), "delta leads outside the states")
-        used = int(self.letter_class.min()) >= 0 and int(self.letter_class.max()) < n_classes
-        used = used and bool(np.bincount(self.letter_class, minlength=n_classes).all())
-        _check(used, f"letter classes are not exactly 0..{n_classes - 1}")
+        _check(int(self.delta.view(np.uint32).max()) < n_states, "delta leads outside the states")  # -1 is large
+        _check(_takes_all(self.letter_class, n_classes), f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
 
     def annotated(self, *forms: str, languages: IntArray | None = None, alike: IntArray | None = None) -> Self:
@@ -121,12 +120,22 @@ class DRA(Output):
             languages: shape (n_states,); equal entries for states that accept the same words, however numbered.
             alike: what the attribute `alike` is to be, if it is given.
         """
-        twin = copy(self)
-        object.__setattr__(twin, "forms", self.forms | set(forms))
+        known = vars(self) | {"forms": self.forms.union(forms)}
         if languages is not None:
-            object.__setattr__(twin, "known_languages", number_blocks(languages.tolist()))
+            known["known_languages"] = number_blocks(languages.tolist())
         if alike is not None:
-            object.__setattr__(twin, "alike", alike)
+            known["alike"] = alike
+        return self._twin(known)
+
+    def named(self, formula: str, translator: str) -> Self:
+        """What `replace` gives for these attributes, without asking again whether the arrays fit together."""
+        known = {name: value for name, value in vars(self).items() if name in _GIVEN}
+        return self._twin(known | {"formula": formula, "translator": translator})
+
+    def _twin(self, known: dict[str, object]) -> Self:
+        """Another automaton of the same class, with these attributes."""
+        twin = object.__new__(type(self))
+        vars(twin).update(known)
         return twin
 
     @property
@@ -313,6 +322,16 @@ class DRA(Output):
             return state, seen
 
         return rabin_accepts(self.n_pairs, recurring_marks(state, run))
+
+
+_GIVEN = frozenset(field.name for field in fields(DRA) if field.init)
+
+
+def _takes_all(numbers: IntArray, n: int) -> bool:
+    """Whether the numbers are exactly 0..n - 1."""
+    if len(numbers) <= _FEW_LETTERS:
+        return set(numbers.tolist()) == set(range(n))
+    return int(numbers.view(np.uint32).max()) < n and bool(np.bincount(numbers, minlength=n).all())
 
 
 def _is_name(name: object) -> bool:

@@ -207,7 +207,8 @@ def to_rabin(
         moves = ((e, component[e.target] == component[q]) for e in edges)
         return merged((e.letters, e.target, memory.first_alike((q, e.target, e.marks)) if i else 0) for e, i in moves)
 
-    edges_of = list(map(fewer, range(automaton.n_states)))
+    is_constant = all(memory.is_constant for memory in memories)
+    edges_of = automaton.edges if is_constant else list(map(fewer, range(automaton.n_states)))
 
     def successors(state: tuple[int, int]) -> Iterable[tuple[int, tuple[int, int], int]]:
         q, memory = state
@@ -220,7 +221,7 @@ def to_rabin(
         seen = reduce(int.__or__, (edge.marks for edge in automaton.edges[q]))
         return move(q, memory, LetterEdge(0, q, seen))[1]
 
-    if all(memory.is_constant for memory in memories):
+    if is_constant:
         copies = [(q, 0) for q in range(automaton.n_states)]
         edges = [merged([(letters, q, marks) for letters, (q, _), marks in successors(copy)]) for copy in copies]
     else:

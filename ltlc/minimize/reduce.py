@@ -65,6 +65,8 @@ def merge_states(automaton: DRA) -> DRA:
     """`merge_bisimilar` and `merge_equivalent`; marks stay."""
     if MERGED in automaton.forms:
         return automaton
+    if can_decide_languages(automaton) and automaton.n_languages == automaton.n_states:
+        return automaton.annotated(MERGED)
     result = merge_bisimilar(merge_equivalent(merge_bisimilar(automaton)))
     return result.annotated(MERGED) if result.has_languages or can_decide_languages(result) else result
 

@@ -13,6 +13,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 from ltlc.budget import check_time
 from ltlc.ltl import (
@@ -58,21 +59,27 @@ def in_the_limit(formula: Formula) -> Formula:
         >>> in_the_limit(parse("G F(a & (b R c) & F d)"))
         parse('G F d & (F G c & G F a | G F(a & b M c))')
     """
+    if not any(_is_beyond(node) for node in postorder(formula)):
+        return formula
     limits = _Limits()
     found: dict[Formula, Formula] = {}
 
     def rewritten(node: Formula, args: list[Formula]) -> Formula:
-        try:
-            if isinstance(node, Always) and isinstance(node.args[0], Eventually) and _has(node.args[0], _GREATEST):
-                return limits.often(node.args[0].args[0])
-            if isinstance(node, Eventually) and isinstance(node.args[0], Always) and _has(node.args[0], _LEAST):
-                return limits.almost(node.args[0].args[0])
-        except _TooManyCasesError:
-            pass
+        with suppress(_TooManyCasesError):
+            if _is_beyond(node):
+                often_or_almost = limits.often if isinstance(node, Always) else limits.almost
+                return often_or_almost(node.args[0].args[0])
         return node.with_args(tuple(args)) if args else node
 
     changed = fold(formula, found, rewritten)
     return formula if changed is formula else simplify(changed)
+
+
+def _is_beyond(node: Formula) -> bool:
+    """Whether it is G F f or F G f, beyond recurrence and persistence formulas."""
+    if isinstance(node, Always):
+        return isinstance(node.args[0], Eventually) and _has(node.args[0], _GREATEST)
+    return isinstance(node, Eventually) and isinstance(node.args[0], Always) and _has(node.args[0], _LEAST)
 
 
 def _has(formula: Formula, operators: tuple[type[Formula], ...]) -> bool:

@@ -40,6 +40,7 @@ _KIND: dict[type[Formula], str] = {
 }
 _DUAL = {"&": "|", "|": "&", "X": "X", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
 _LEVELS = (("sigma1", 1), ("pi1", 2), ("sigma2", 4), ("pi2", 8))
+_LOWEST = tuple(next((name for name, bit in _LEVELS if levels & bit), "") for levels in range(16))
 
 
 class Node(NamedTuple):
@@ -177,7 +178,7 @@ class Nodes:
             I. Cerna, R. Pelanek: Relating Hierarchy of Temporal Properties to Model Checking. MFCS 2003,
             doi 10.1007/978-3-540-45138-9_26.
         """
-        return next((name for name, bit in _LEVELS if self._levels(node) & bit), "")
+        return _LOWEST[self._levels(node)]
 
     def is_obligation(self, node: int) -> bool:
         """Whether the node is a Boolean combination of safety and co-safety subformulas, in shape."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -132,7 +133,7 @@ def translate(formula: Formula, options: Options = _DEFAULTS, *, text: str | Non
 
             left = _SAT_SECONDS if limit.remaining is None else _SAT_SHARE * limit.remaining
             automaton = minimize(automaton, timeout=min(_SAT_SECONDS, left)).automaton
-        return replace(automaton, formula=text, translator=best.translator)
+        return automaton.named(text, best.translator)
 
 
 def _normalized(automaton: DRA) -> DRA:
@@ -179,7 +180,8 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     """
     closure = problem.closure(budget)
     pristine: Closure | None = closure
-    names, further = worth_trying(closure, problem.options), worth_trying_if_large(closure, problem.options)
+    names = worth_trying(closure, problem.options)
+    further = partial(worth_trying_if_large, closure, problem.options)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
         for limit in (*rounds, budget.max_states):
@@ -199,9 +201,9 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if is_first:
                         spare.enter_context(_spare_time(problem))
                     check_time()
-                    if is_promising and further and found.automaton.n_states > _LARGE:
+                    if is_promising and found.automaton.n_states > _LARGE and further():
                         postponed.append(found)
-                        waiting[:0] = [(name, problem.undivided(budget)) for name in further]
+                        waiting[:0] = [(name, problem.undivided(budget)) for name in further()]
                         continue
                     best = _tried(found, best, problem, prove=is_first or bool(postponed))
                 except TimeLimitExceeded:
@@ -210,7 +212,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     break
                 except StateLimitExceeded:
                     if is_promising:
-                        waiting[:0] = [(name, problem.undivided(budget)) for name in further]
+                        waiting[:0] = [(name, problem.undivided(budget)) for name in further()]
                     if limit == budget.max_states and best is None and not waiting:
                         raise
                     continue
