@@ -70,35 +70,34 @@ def _indistinguishable(automaton: BuchiAutomaton, places: Places, letters: int, 
 def _step(automaton: BuchiAutomaton, state: MacroState, letters: int) -> tuple[MacroState, int | None]:
     """The next macro-state and the priority of the move."""
     places, waits = state
-    n_old = len(waits)
+    n_old, n_sets, edges = len(waits), automaton.n_sets, automaton.edges
     best: dict[int, Path] = {}
     for q, path in places:
         node = path[-1]
         awaited = 1 << waits[node]
-        for edge in automaton.edges[q]:
-            if edge.letters & letters:
-                # All new nodes are younger than the old ones; the child of an older node counts as older.
-                moved = (*path, n_old + node) if edge.marks & awaited or not automaton.n_sets else path
-                rival = best.get(edge.target)
-                if rival is None or _older(moved, rival):
-                    best[edge.target] = moved
+        # All new nodes are younger than the old ones; the child of an older node counts as older.
+        below = (*path, n_old + node)
+        for edge_letters, target, marks in edges[q]:
+            if edge_letters & letters:
+                moved = below if marks & awaited or not n_sets else path
+                rival = best.get(target)
+                # Older nodes win; inside the same nodes, the deeper place wins: after its end, a path counts as young.
+                if rival is None or (moved != rival and (*moved, 2 * n_old) < (*rival, 2 * n_old)):
+                    best[target] = moved
     waits_after = list(waits)
-    signals = [i for i in range(n_old) if _complete(i, best, waits_after, automaton.n_sets)]
-    alive = sorted({node for path in best.values() for node in path})
-    deaths = [i for i in range(n_old) if i not in alive]
+    present = {node for path in best.values() for node in path}
+    # Only a node in which no state stays can be complete.
+    empty = present.difference([path[-1] for path in best.values()])
+    signals = [i for i in sorted(empty) if i < n_old and _complete(i, best, waits_after, n_sets)]
+    alive = sorted({node for path in best.values() for node in path} if empty else present)
     # A node that signals infinitely often counts only if it and all older ones die finitely often.
-    priority = min([2 * i + 1 for i in signals] + [2 * i for i in deaths[:1]], default=None)
+    priority = min([2 * i + 1 for i in signals], default=None)
+    death = next((i for i, node in enumerate(alive) if i != node), len(alive))  # the first number that is missing
+    if death < n_old and (priority is None or 2 * death < priority):
+        priority = 2 * death
     age = {node: i for i, node in enumerate(alive)}
-    following = tuple((q, tuple(age[node] for node in path)) for q, path in sorted(best.items()))
-    return (following, tuple(waits_after[node] if node < n_old else 0 for node in alive)), priority
-
-
-def _older(path: Path, rival: Path) -> bool:
-    """Whether a state prefers `path`: older nodes win; inside the same nodes, the deeper place wins."""
-    for a, b in zip(path, rival, strict=False):
-        if a != b:
-            return a < b
-    return len(path) > len(rival)
+    following = tuple([(q, tuple([age[node] for node in path])) for q, path in sorted(best.items())])
+    return (following, tuple([waits_after[node] if node < n_old else 0 for node in alive])), priority
 
 
 def _complete(node: int, places: dict[int, Path], waits: list[int], n_sets: int) -> bool:
