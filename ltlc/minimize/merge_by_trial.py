@@ -26,6 +26,8 @@ EFFORT = 800_000
 """default bound on the number of product edges looked at in vain,"""
 _SHARE_AT_FIRST = 16
 """of which this part, 1 / 16, may be looked at before the first merging: mostly there is none later."""
+_EDGES_PER_PAIR = 64
+"""nor more than so many of the default bound for each pair of states: the first merging was found within a fifth."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 _FIRST_LOOK = 16
@@ -86,7 +88,7 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     names = list(range(current.n_states))  # of the states, in the first automaton
     origin = names if split_from is None else twins(current, split_from)
     refuted: set[tuple[int, int]] = set()
-    until = effort // _SHARE_AT_FIRST
+    until = min(effort // _SHARE_AT_FIRST, effort * _EDGES_PER_PAIR * current.n_states**2 // EFFORT)
     merged = True
     while merged:
         merged = False

@@ -24,7 +24,7 @@ _BY_PARTS = ("auto", "product")
 """Where parts are translated one by one, the formula is taken apart before."""
 PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
-SLACK = 60
+SLACK = 30
 """plus these."""
 
 
