@@ -19,6 +19,9 @@ def declared(exclusive: Sequence[str] | None, letters: str | None = None) -> Dec
         LtlSyntaxError: a letter is none.
     """
     from ltlc.automata.possible import DeclaredLetters
+
+    if not exclusive and letters is None:
+        return DeclaredLetters()
     from ltlc.ltl import parse_letter
 
     if exclusive and letters is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -104,8 +103,7 @@ class _Writer:
                 self.shown[node] = _Shown(node.symbol, tuple(self.operands(node)))
         plain = PLAIN_WITH_PAST
         prefix, infix = ([symbol for symbol, n_args in self.bounded.items() if n_args == n] for n in (1, 2))
-        style = replace(
-            plain,
+        style = plain._replace(
             prefix={**plain.prefix, **{symbol: f"{symbol} " for symbol in prefix}},
             infix={**plain.infix, **{symbol: f" {symbol} " for symbol in infix}},
             binding={**plain.binding, **{symbol: plain.binding[symbol[0]] for symbol in self.bounded}},

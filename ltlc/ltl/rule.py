@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from ltlc.ltl.formula import Formula
 from ltlc.ltl.implication import Implications
@@ -16,8 +16,7 @@ MAX_COPIED = 60
 Rewrite = Callable[[Formula, Implications], Formula | None]
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """One way to make a formula simpler.
 
     A rule looks at one node in negation normal form, whose operands are simplified already, and returns an equivalent

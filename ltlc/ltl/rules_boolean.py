@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from ltlc.ltl.formula import (
     FALSE,
@@ -34,8 +33,7 @@ MAX_INFORMED = 500
 """Literals are put into operands of at most this many nodes."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Side:
+class _Side(NamedTuple):
     """What differs between & and |."""
 
     dual: type[Formula]

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Literal, NamedTuple, Protocol, Self
 
 from ltlc.budget import check_time
 from ltlc.errors import InvalidArgumentError
@@ -33,8 +32,7 @@ class Node(Protocol):
 Syntax = Literal["plain", "unicode", "latex", "spot", "prism", "lbt", "bounded"]
 
 
-@dataclass(frozen=True)
-class Style:
+class Style(NamedTuple):
     """How one syntax writes constants, names and operators.
 
     Attributes:
@@ -153,7 +151,7 @@ PLAIN = STYLES["plain"]
 
 def with_past(style: Style) -> Style:
     """The style for formulas with operators of the past: names that are read as such before an operand are quoted."""
-    return replace(style, name=lambda name: quote(name) if name in PAST_WORDS else style.name(name))
+    return style._replace(name=lambda name: quote(name) if name in PAST_WORDS else style.name(name))
 
 
 PLAIN_WITH_PAST = with_past(PLAIN)

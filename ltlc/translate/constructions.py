@@ -12,7 +12,6 @@ from ltlc.errors import InvalidArgumentError
 from ltlc.registry import Registry
 from ltlc.translate.closure import Closure
 from ltlc.translate.decomposition import decompose, dual_safra, safra
-from ltlc.translate.normal_form import normal_form
 from ltlc.translate.product import combine
 from ltlc.translate.round_robin import by_turns
 
@@ -54,6 +53,8 @@ def _product(closure: Closure, budget: Budget) -> EmersonLei:
 
 
 def _normal_form(closure: Closure, budget: Budget) -> EmersonLei:
+    from ltlc.translate.normal_form import normal_form
+
     return _combined(closure, normal_form(closure, closure.root), budget)
 
 

@@ -11,8 +11,6 @@ from ltlc.budget import Budget, check_time
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Component, Finite, Successors
 from ltlc.translate.product import Skeleton, antichain
-from ltlc.translate.safra import determinize
-from ltlc.translate.tableau import tableau
 
 
 def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, list[Component]]:
@@ -122,6 +120,9 @@ class Determinized:
 
 def safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
     """Tableau and Safra trees."""
+    from ltlc.translate.safra import determinize
+    from ltlc.translate.tableau import tableau
+
     return determinize(tableau(closure, node, budget), budget)
 
 
