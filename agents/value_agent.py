@@ -197,6 +197,9 @@ class ValueAgent(ABC):
         """
         return config, interface.tables
 
+    def learn_in(self, interface: Interface) -> None:  # noqa: B027 - most agents need no more than the tables
+        """Take note of the environment that is learned in, before the first step."""
+
     def begin(self) -> None:  # noqa: B027 - most agents keep nothing of an episode
         """Take note that new episodes begin everywhere."""
 

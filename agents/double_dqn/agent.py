@@ -14,7 +14,6 @@ from gymnasium import spaces
 from torch import Tensor
 
 from ltlc.envs import HeldActions, LTLVectorWrapper
-from ltlc.errors import TrainingDiverged
 from ltlc.rewards import RewardTables, value_bounds
 from ltlc.task import Task
 
@@ -27,8 +26,10 @@ from ..trunk import Trunk
 from ..value_agent import ValueAgent
 from .config import DQNConfig
 from .device import available, check_device
+from .divergence import diverged
 from .exploration import ExploringStarts, Whims, with_random_choices
 from .fitting import fitted, fitted_horizon
+from .look_ahead import LookAhead
 from .networks import Follower, QNetwork, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
@@ -115,6 +116,7 @@ class DoubleDQN(ValueAgent):
         counted = (self.tables.n_states, self._places.count if config.curious else 0, n_actions)
         self._tries = torch.zeros(counted, dtype=torch.int32, device=config.device)
         self.trace_loss = TraceLoss(self.encoder, self.tensor_tables, config, self._tries)
+        self._ahead = LookAhead(config, self.tensor_tables)
         self._whims, self._starts = Whims(config, n_actions), ExploringStarts(config, self.tensor_tables)
         self._held = HeldActions(config.held, n_actions)
 
@@ -157,6 +159,11 @@ class DoubleDQN(ValueAgent):
     def learning_rate_at(self, steps: int) -> float:
         """Return the learning rate after so many environment steps."""
         return self.config.learning_rate_at(steps)
+
+    def learn_in(self, interface: Interface) -> None:
+        """Take note of what is learned in: its task says what a nearer horizon pays."""
+        if interface.wrapper is not None:
+            self._ahead = LookAhead(self.config, self.tensor_tables, interface.wrapper.task)
 
     def check_memory(self, num_envs: int, *, copied: bool) -> ReplaySize:
         """Check that the replay buffer of so many sub-environments fits into memory; see `ValueAgent`."""
@@ -253,7 +260,7 @@ class DoubleDQN(ValueAgent):
             loss = self.loss(self.q_network, self.target_network, steps)
             self.q_network.eval()
         if not np.isfinite(value := loss.item()):
-            raise TrainingDiverged(self._diagnosis(steps, learning_rate, value))
+            raise diverged(self.q_network, steps, self.updates, value, learning_rate, self.tensor_tables.scale)
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         if self.config.max_gradient_norm is not None:
@@ -268,6 +275,7 @@ class DoubleDQN(ValueAgent):
     def learn(self, memory: ReplayBuffer, steps: int, rounds: int, generator: torch.Generator) -> list[float]:
         """Make the updates that are due; returns their losses."""
         config, rate = self.config, self.config.learning_rate_at(steps)
+        self.loss.tables = self.trace_loss.tables = self._ahead.tables_at(steps)
         self.trace_loss.advantage_learning = config.advantage_learning_at(steps)
         self._starts.advance(*memory.latest)
         copies, _, ended = (part.numpy() for part in memory.latest)
@@ -286,19 +294,6 @@ class DoubleDQN(ValueAgent):
         if not config.traced:
             return memory.sample(config.rows, generator)
         return memory.sample_segments(-(-config.rows // config.trace_length), config.trace_length, generator)
-
-    def _diagnosis(self, steps: TransitionBatch | Segments, learning_rate: float, value: float) -> str:
-        broken = [name for name, weights in self.q_network.named_parameters() if not weights.isfinite().all()]
-        rewards = steps.base_reward[~steps.base_reward.isfinite()]
-        text = f"the loss is {value} at update {self.updates} (batch of {steps.letter_class.numel()} steps"
-        text += f", {len(rewards)} of them with a reward that is not finite)" if len(rewards) else ")"
-        text += f"; weights not finite in {', '.join(broken)}" if broken else "; the weights are finite"
-        if len(rewards):
-            return f"{text}. The environment pays rewards that are NaN or infinite; repair or wrap it."
-        return (
-            f"{text}. Try a learning_rate below {learning_rate:g}, max_gradient_norm=10, or a reward_scale above "
-            f"{self.tensor_tables.scale:g}; resume from the last checkpoint, which is from before."
-        )
 
     def state_dict(self) -> dict[str, Any]:
         """Return everything that learning changes, as tensors and numbers."""

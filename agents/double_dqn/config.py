@@ -5,22 +5,19 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
-from ltlc.errors import InvalidArgumentError, UnknownNameError
+from ltlc.errors import InvalidArgumentError
 
-from ..config import ObservationInput, OffPolicyConfig, between, check_count, check_number
+from ..config import ObservationInput, OffPolicyConfig, between, check_count
+from .ranges import Initialization, Optimizer, Output, StateInput, check_values
 
 _LEAST_FREQUENCY, _UNHURRIED = 8, 4_000
 """environment steps for a round of updates, and part of a training whose root they may also be, where nobody says."""
 _BATCH, _NUMBERED_BATCH = 128, 512
 """environment steps in a batch, where nobody says."""
-_MOST_ADVANTAGE = 0.9999
-"""advantage learning at the end, where nobody says, and at most."""
-StateInput = Literal["heads", "one-hot", "raw"]
-Initialization = Literal["he", "thesis"]
-Optimizer = Literal["adam", "sgd"]
-Output = Literal["bounded", "linear"]
+_NEAR, _GROWS, _STAGES = 100, (0.1, 0.7), 20
+"""steps to look ahead in the beginning, and parts of the training between which they become more, in so many stages."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +72,8 @@ class DQNConfig(OffPolicyConfig):
             - sqrt((1 - gamma) / 2). A network cannot tell values apart that differ by less than its error, so it takes
             shorter horizons than a table. None: a fifth of an episode, from 20 to 200, and 2000 where observations are
             numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
+        initial_horizon: steps that are looked ahead in the first tenth of the training; until 70 % of it they become
+            `horizon`, each time by the same factor. None: 100 at most where observations are numbered, else `horizon`.
         trace_length: consecutive steps that are drawn together and through which targets go back as long as actions
             were greedy, >= 1; 1: steps are drawn one by one, and the loss is the square of the error (thesis). Longer
             than 1 needs `counterfactual`, heads and no batch normalisation, and is 1 without.
@@ -140,6 +139,7 @@ class DQNConfig(OffPolicyConfig):
     waves: int = 64
     output: Output = "bounded"
     horizon: int | None = None
+    initial_horizon: int | None = None
 
     double: bool = True
     counterfactual: bool = True
@@ -167,11 +167,9 @@ class DQNConfig(OffPolicyConfig):
     action_repeat: int | None = None
 
     curiosity: float | None = None
-
     robustness: float = 0.0
     robustness_scale: float = 1.0
     variables: str = ""
-
     device: str = "cpu"
 
     @classmethod
@@ -208,38 +206,15 @@ class DQNConfig(OffPolicyConfig):
             if not isinstance(self.hidden, list | tuple):
                 raise InvalidArgumentError(f"hidden is {self.hidden!r}; it must be a list of whole numbers, or null")
             object.__setattr__(self, "hidden", tuple(self.hidden))
-        for field in _FLAGS:
-            if not isinstance(getattr(self, field), bool):
-                raise InvalidArgumentError(f"{field} is {getattr(self, field)!r}; it must be true or false")
-        for field, choices in _CHOICES.items():
-            if getattr(self, field) not in choices:
-                raise UnknownNameError(f"value of {field}", str(getattr(self, field)), choices)
-        for field, (low, high, closed) in _RANGES.items():
-            check_number(field, getattr(self, field), low, high, closed=closed)
-        for field, least in _COUNTS.items():
-            check_count(field, getattr(self, field), least)
-        if self.batch_size is not None:
-            check_count("batch_size", self.batch_size, 1)
-        for field in ("tau", "curiosity", "advantage_learning", "final_advantage_learning"):
-            if getattr(self, field) is not None:
-                most = _MOST_ADVANTAGE if "advantage" in field else 1.0
-                check_number(field, getattr(self, field), 0.0, most, closed=field != "tau")
+        check_values(self)
         for units in self.hidden or ():
             check_count("each entry of hidden", units, 1)
-        for field in ("max_gradient_norm", "max_memory"):
-            if getattr(self, field) is not None:
-                check_number(field, getattr(self, field), 0.0, math.inf, closed=False)
         if self.buffer_size < self.rows:
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.rows})")
-        for field, most in (("train_frequency", 2**63 - 1), ("action_repeat", 255)):
-            if getattr(self, field) is not None:
-                check_count(field, getattr(self, field), 1, most)
         if self.curiosity and (self.action_repeat or 1) > 1:
             raise InvalidArgumentError("curiosity counts single steps; set it to 0, or action_repeat to 1")
-        if self.horizon is not None:
-            check_count("horizon", self.horizon, 0)
-            if self.horizon == 1:
-                raise InvalidArgumentError("horizon is 1; it must be 0 (the scheme as it is) or at least 2")
+        if 1 in (self.horizon, self.initial_horizon):
+            raise InvalidArgumentError("a horizon is 1; it must be 0 (the scheme as it is) or at least 2")
         if not isinstance(self.variables, str):
             raise InvalidArgumentError(f"variables is {self.variables!r}; it must be a text such as 'x=0, speed=1'")
         if self.robustness and not (self.traced and self.variables):
@@ -282,22 +257,28 @@ class DQNConfig(OffPolicyConfig):
                 "no actions are held where observations are numbered or actions are forbidden; set action_repeat to 1"
             )
         if numbered:
-            tau, curiosity, advantage, final, rows = 0.1, 0.25, 0.95, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
+            tau, curiosity, first, last, rows = 0.1, 0.25, 0.95, 0.985, min(_NUMBERED_BATCH, self.buffer_size)
         else:
-            tau, curiosity, advantage, final, rows = 0.005, 0.0, 0.9, 0.97, _BATCH
-        advantage = advantage if self.advantage_learning is None else self.advantage_learning
-        final = max(advantage, final) if advantage else 0.0
-        frequency = max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps * self.held / _UNHURRIED)))
-        return dataclasses.replace(
-            self,
-            train_frequency=frequency if self.train_frequency is None else self.train_frequency,
-            batch_size=rows if self.batch_size is None else self.batch_size,
-            tau=tau if self.tau is None else self.tau,
-            advantage_learning=advantage,
-            final_advantage_learning=final if self.final_advantage_learning is None else self.final_advantage_learning,
-            curiosity=curiosity if self.curiosity is None else self.curiosity,
-            action_repeat=1 if numbered and self.action_repeat is None else self.action_repeat,
-        )
+            tau, curiosity, first, last, rows = 0.005, 0.0, 0.9, 0.97, _BATCH
+        first = first if self.advantage_learning is None else self.advantage_learning
+        horizon = self.horizon or 0
+        values = {
+            "train_frequency": max(_LEAST_FREQUENCY, round(math.sqrt(self.total_steps * self.held / _UNHURRIED))),
+            "batch_size": rows, "tau": tau, "curiosity": curiosity, "advantage_learning": first,
+            "final_advantage_learning": max(first, last) if first else 0.0,
+            "initial_horizon": min(_NEAR, horizon) if numbered else horizon,
+            "action_repeat": 1 if numbered else None,
+        }  # fmt: skip
+        open_ones: dict[str, Any] = {name: value for name, value in values.items() if getattr(self, name) is None}
+        return dataclasses.replace(self, **open_ones)
+
+    def horizon_at(self, steps: int) -> int:
+        """Steps that the discount looks ahead after so many environment steps."""
+        last = self.horizon or 0
+        if not last or not self.initial_horizon:
+            return last
+        part = between(0.0, 1.0, (steps / self.total_steps - _GROWS[0]) / (_GROWS[1] - _GROWS[0]))
+        return round(self.initial_horizon * math.pow(last / self.initial_horizon, int(_STAGES * part) / _STAGES))
 
     def advantage_learning_at(self, steps: int) -> float:
         """Part of what an action is behind by which its target is lowered, after so many environment steps."""
@@ -316,31 +297,3 @@ _PLAIN: dict[str, Any] = {
     "curiosity": 0.0,
 }  # fmt: skip
 """without what has come since 2018."""
-_FLAGS = ("batch_norm", "layer_norm", "double", "counterfactual")
-_CHOICES: dict[str, tuple[str, ...]] = {
-    "observation_input": get_args(ObservationInput),
-    "state_input": get_args(StateInput),
-    "initialization": get_args(Initialization),
-    "optimizer": get_args(Optimizer),
-    "output": get_args(Output),
-}
-_RANGES = {  # lowest, highest, whether the lowest is allowed
-    "learning_rate": (0.0, math.inf, False),
-    "final_learning_rate": (0.0, math.inf, False),
-    "l2": (0.0, math.inf, True),
-    "averaging": (0.0, 1.0, False),
-    "trace_decay": (0.0, 1.0, True),
-    "temperature": (0.0, math.inf, True),
-    "ladder": (0.0, math.inf, True),
-    "exploring_starts": (0.0, 1.0, True),
-    "robustness": (0.0, math.inf, True),
-    "robustness_scale": (0.0, math.inf, False),
-}
-_COUNTS = {
-    "buffer_size": 1,
-    "waves": 0,
-    "trace_length": 1,
-    "persistence": 1,
-    "gradient_steps": 1,
-    "target_update_interval": 1,
-}

@@ -148,8 +148,8 @@ class _Run:
             weights = saved["agent"]["policy_network"]
             agent_class.check_size(weights, config, interface.space, n_states, interface.n_actions)
         self.agent = agent_class(interface.space, interface.n_actions, tables, config)
-        encoder = self.agent.encoder
-        tables = self.agent.tables
+        self.agent.learn_in(interface)
+        encoder, tables = self.agent.encoder, self.agent.tables
         self.checkpoint = Checkpoint(folder, run_id, agent, config, tables, encoder.space, env.num_envs)
         self.agent.check_memory(env.num_envs, copied=folder is not None)
         self.memory = self.agent.new_memory(env.num_envs)

@@ -284,6 +284,35 @@ def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> N
     assert TwoDiscount().for_horizon(50) == TwoDiscount(gamma_accept=0.9, gamma=0.98)
 
 
+def test_the_horizon_grows_where_observations_are_numbered() -> None:
+    def learner(world: Any, **changes: Any) -> DoubleDQN:
+        interface = Interface.of(
+            LTLVectorWrapper(world, Task("F A" if isinstance(world, VectorGridWorld) else "F red"))
+        )
+        config, tables = DoubleDQN.fitted(DQNConfig(total_steps=1000, **changes), interface)
+        made = DoubleDQN(interface.space, interface.n_actions, tables, config)
+        made.learn_in(interface)
+        return made
+
+    grid, flat = VectorGridWorld("S.A", 2), VectorFlatWorld(2, max_episode_steps=300)
+    one = learner(grid)
+    horizons = [one.config.horizon_at(steps) for steps in range(0, 1000, 10)]
+    assert horizons == sorted(horizons) and len({*horizons}) == 21
+    assert horizons[:10] == [100] * 10 and horizons[70:] == [2000] * 30 and horizons[40] == round(100 * 20**0.5)
+    for steps, horizon in ((0, 100), (400, 447), (700, 2000), (400, 447)):  # a resumed run begins anywhere
+        found, wanted = one._ahead.tables_at(steps), Task("F A").for_horizon(horizon).tables
+        for ours, theirs in (
+            (found.reward * found.scale, wanted.expected_reward), (found.discount, wanted.expected_discount),
+            (found.final_value * found.scale, wanted.final_value), (found.next_state, wanted.next_state),
+        ):  # fmt: skip
+            assert torch.allclose(ours, torch.tensor(np.array(theirs), dtype=ours.dtype))
+    assert learner(flat).config.horizon_at(0) == 60
+    assert learner(grid, horizon=50).config.horizon_at(0) == 50 and learner(grid, horizon=0).config.horizon_at(0) == 0
+    assert learner(grid, initial_horizon=20).config.horizon_at(0) == 20
+    with pytest.raises(InvalidArgumentError, match="horizon is 1"):
+        DQNConfig(initial_horizon=1)
+
+
 def test_actions_are_held_where_the_world_forgives_random_ones_for_long() -> None:
     def held(world: Any, formula: str, **changes: Any) -> int:
         config, _ = DoubleDQN.fitted(DQNConfig(**changes), Interface.of(LTLVectorWrapper(world, Task(formula))))
