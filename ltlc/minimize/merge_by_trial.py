@@ -28,6 +28,8 @@ _SHARE_AT_FIRST = 16
 """of which this part, 1 / 16, may be looked at before the first merging: mostly there is none later."""
 _EDGES_PER_PAIR = 64
 """nor more than so many of the default bound for each pair of states: the first merging was found within a fifth."""
+_MOST_EDGES = 4
+"""An automaton is left alone where so many times its edges are more than the effort."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 _FIRST_LOOK = 16
@@ -54,7 +56,7 @@ def merge_by_trial(
     Args:
         automaton: any Rabin automaton.
         effort: number of product edges, looked at in vain, after which no more is tried, or a part of them if nothing
-            has been merged by then; 0 tries nothing.
+            has been merged by then; nothing is tried in an automaton with more than a quarter as many edges.
         reference: an equivalent automaton over the same propositions, the smaller the better; by default itself.
         least: no equivalent automaton has fewer states, so that nothing is tried once it is reached.
         split_from: the automaton whose states were split into those of this one, if none of the copies of one state
@@ -78,7 +80,7 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     """
     current = automaton if CANONICAL in automaton.forms else canonical(automaton)
     yield current
-    if effort <= 0:
+    if current.n_states * current.n_classes * _MOST_EDGES > effort:  # reading its edges would cost more than it gains
         return
     if current.has_languages or can_decide_languages(current):
         language = current.languages

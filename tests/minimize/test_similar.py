@@ -50,3 +50,12 @@ def test_many_pairs_of_marks_do_not_overflow() -> None:
 
     assert len(np.unique(edge_codes(many))) == len({edge for row in coded(automaton) for edge in row})
     assert merge_by_trial(many).n_states <= many.n_states
+
+
+def test_wide_automata_are_not_tried() -> None:
+    automaton = translate(
+        parse("F G(a | X X X a) & F G(!a | X X X !a)"), Options(acceptance="transition", effort="fast")
+    )
+    n_edges = automaton.n_states * automaton.n_classes
+    assert merge_by_trial(automaton, 4 * n_edges - 1).n_states == automaton.n_states
+    assert merge_by_trial(automaton).n_states < automaton.n_states
