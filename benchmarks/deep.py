@@ -120,7 +120,8 @@ def load_tasks() -> dict[str, DeepTask]:
         spec = EnvSpec(env=world["env"], labels=world.get("labels"), max_episode_steps=world.get("episode_steps"))
         rival = tuple(entry.get("rival", ()))
         recurring = entry.get("recurring", False)
-        tasks[name] = DeepTask(name, entry["world"], spec, entry["formula"], recurring, world["steps"], rival)
+        steps = entry.get("steps", world["steps"])
+        tasks[name] = DeepTask(name, entry["world"], spec, entry["formula"], recurring, steps, rival)
     return tasks
 
 
