@@ -6,18 +6,17 @@ import os
 from collections.abc import Iterable, MutableMapping
 from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING, Literal, cast, get_args, overload
+from typing import Literal, cast, get_args, overload
 
 from ltlc import formats
+from ltlc.automata.finite import DFA
+from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.possible import possible_letters
 from ltlc.automata.rabin import DRA, AcceptanceKind, Form
 from ltlc.budget import MAX_STATES, time_limit
 from ltlc.errors import DepthLimitExceeded, UnknownNameError, check_type
 from ltlc.ltl import Formula, Proposition, fold, parse, postorder, propositions
 from ltlc.translate import Effort, GeneralForm, Options, translate
-
-if TYPE_CHECKING:
-    from ltlc.automata import DFA, OmegaAutomaton
 
 MAX_SUBFORMULAS = 200_000
 """A formula with more of them takes seconds and hundreds of megabytes before a limit on states or time is asked."""

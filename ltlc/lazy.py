@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from importlib.util import find_spec
 
 
 def on_first_use(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
@@ -20,6 +21,9 @@ def on_first_use(package: str, homes: Mapping[str, str]) -> Callable[[str], obje
 
     def get(name: str) -> object:
         if name not in homes:
+            # a module is an attribute, whether or not anything has imported it yet
+            if not name.startswith("_") and find_spec(f"{package}.{name}") is not None:
+                return import_module(f"{package}.{name}")
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         value: object = getattr(import_module(homes[name], package), name)
         setattr(sys.modules[package], name, value)

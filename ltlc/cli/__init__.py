@@ -10,10 +10,12 @@ import signal
 import sys
 from typing import NoReturn
 
-_NARROWEST = 20
-"""columns in which a table can still be read."""
+_NARROWEST, _DIGITS = 20, 6
+"""columns in which a table can still be read, and digits that a number of columns can have."""
 _COLLECT_AFTER = 50_000
 """objects; what a command imports is that many, and no garbage."""
+_MAY_BE_OTHERS = {"gymnasium", "importlib.metadata"}
+"""modules that are loaded before the code of an environment, of labels or of a plug-in is."""
 
 
 def main() -> NoReturn:
@@ -22,8 +24,8 @@ def main() -> NoReturn:
         # A reader that goes away (`ltlc ... | head`) ends the process silently, as with other Unix tools.
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     _open_standard_streams()
-    columns = os.environ.get("COLUMNS", "")
-    if columns.isdecimal() and int(columns) < _NARROWEST:
+    columns = os.environ.get("COLUMNS")
+    if columns and not (len(columns) <= _DIGITS and columns.isdecimal() and int(columns) >= _NARROWEST):
         del os.environ["COLUMNS"]  # tables in no columns are empty; without it the terminal is asked
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # not every terminal has arrows and logical signs
@@ -34,7 +36,10 @@ def main() -> NoReturn:
         code = run(sys.argv[1:])
     except KeyboardInterrupt:
         code = 130
-    gc.freeze()  # else the interpreter looks through all that is left, more than once, before it ends
+    if not _MAY_BE_OTHERS & sys.modules.keys():
+        # Else the interpreter looks through all that is left, more than once, before it ends. Where there may be
+        # objects of others it is to: a file in a cycle of references is written to the end by that.
+        gc.freeze()
     sys.exit(code)
 
 

@@ -113,7 +113,7 @@ def _plain_width(environment: Mapping[str, str] = os.environ) -> int | None:
     if environment.get("TTY_COMPATIBLE") == "1" or "FORCE_COLOR" in environment:
         return None
     columns = environment.get("COLUMNS", "")
-    if columns.isdigit():
+    if columns.isdecimal():
         return int(columns) or None
     for stream in range(3):
         try:

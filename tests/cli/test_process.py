@@ -48,6 +48,23 @@ class TestProcess:
         assert done.stdout.splitlines()[-1] == ""
 
     @pytest.mark.slow
+    def test_files_of_others_are_written_to_the_end(self, tmp_path: Path) -> None:
+        (tmp_path / "sensors.py").write_text(
+            "class Sensors:\n"
+            "    def __init__(self):\n"
+            "        self.file, self.cycle = open('seen.txt', 'w'), self\n"
+            "    def see(self, state):\n"
+            "        self.file.write(f'{state}\\n')\n"
+            "        return {'goal'} if state == 15 else set()\n"
+            "label = Sensors().see\n"
+        )
+        arguments = ["solve", "F goal", "-e", "FrozenLake-v1", "-l", "sensors:label"]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        command = [sys.executable, "-m", "ltlc", *arguments]
+        subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, check=True)
+        assert (tmp_path / "seen.txt").read_text().split()[-1] == "15"
+
+    @pytest.mark.slow
     @pytest.mark.parametrize("arguments", [
         ["agents"],
         ["rewards"],

@@ -7,7 +7,10 @@ import importlib
 import inspect
 import pickle
 import shutil
+import subprocess
+import sys
 import types
+import typing
 from pathlib import Path
 
 import pytest
@@ -100,6 +103,17 @@ def test_signature_of_compile() -> None:
         ("exclusive", ()),
         ("letters", None),
     ]
+
+
+def test_annotations_can_be_resolved() -> None:
+    for function in (ltlc.compile, ltlc.load):
+        assert "return" in typing.get_type_hints(function)
+
+
+def test_modules_are_attributes_whatever_was_imported() -> None:
+    code = "import ltlc.automata, ltlc.translate; print(ltlc.automata.finite.DFA, ltlc.translate.safra.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split()[-1] == "ltlc.translate.safra"
 
 
 def test_dra() -> None:
