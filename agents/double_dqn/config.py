@@ -74,6 +74,7 @@ class DQNConfig(OffPolicyConfig):
             numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
         initial_horizon: steps that are looked ahead in the first tenth of the training; until 70 % of it they become
             `horizon`, each time by the same factor. None: 100 at most where observations are numbered, else `horizon`.
+            0: `horizon` from the beginning.
         trace_length: consecutive steps that are drawn together and through which targets go back as long as actions
             were greedy, >= 1; 1: steps are drawn one by one, and the loss is the square of the error (thesis). Longer
             than 1 needs `counterfactual`, heads and no batch normalisation, and is 1 without.
@@ -213,8 +214,9 @@ class DQNConfig(OffPolicyConfig):
             raise InvalidArgumentError(f"buffer_size is {self.buffer_size}, less than batch_size ({self.rows})")
         if self.curiosity and (self.action_repeat or 1) > 1:
             raise InvalidArgumentError("curiosity counts single steps; set it to 0, or action_repeat to 1")
-        if 1 in (self.horizon, self.initial_horizon):
-            raise InvalidArgumentError("a horizon is 1; it must be 0 (the scheme as it is) or at least 2")
+        for field in ("horizon", "initial_horizon"):
+            if getattr(self, field) == 1:
+                raise InvalidArgumentError(f"{field} is 1; it must be 0 (see there) or at least 2")
         if not isinstance(self.variables, str):
             raise InvalidArgumentError(f"variables is {self.variables!r}; it must be a text such as 'x=0, speed=1'")
         if self.robustness and not (self.traced and self.variables):
@@ -269,8 +271,8 @@ class DQNConfig(OffPolicyConfig):
             "initial_horizon": min(_NEAR, horizon) if numbered else horizon,
             "action_repeat": 1 if numbered else None,
         }  # fmt: skip
-        open_ones: dict[str, Any] = {name: value for name, value in values.items() if getattr(self, name) is None}
-        return dataclasses.replace(self, **open_ones)
+        left_open: dict[str, Any] = {name: value for name, value in values.items() if getattr(self, name) is None}
+        return dataclasses.replace(self, **left_open)
 
     def horizon_at(self, steps: int) -> int:
         """Steps that the discount looks ahead after so many environment steps."""

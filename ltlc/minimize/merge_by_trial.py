@@ -28,8 +28,8 @@ _SHARE_AT_FIRST = 16
 """of which this part, 1 / 16, may be looked at before the first merging: mostly there is none later."""
 _EDGES_PER_PAIR = 64
 """nor more than so many of the default bound for each pair of states: the first merging was found within a fifth."""
-_MOST_EDGES = 4
-"""An automaton is left alone where so many times its edges are more than the effort."""
+_SHARE_FOR_READING = 4
+"""and of which the edges of the automaton may be this part, 1 / 4: reading more costs more than merging gains."""
 _COST_OF_WORD = 20
 """a candidate refuted by a known word takes about as long as this many product edges."""
 _FIRST_LOOK = 16
@@ -80,7 +80,7 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     """
     current = automaton if CANONICAL in automaton.forms else canonical(automaton)
     yield current
-    if current.n_states * current.n_classes * _MOST_EDGES > effort:  # reading its edges would cost more than it gains
+    if current.n_states * current.n_classes * _SHARE_FOR_READING > effort:
         return
     if current.has_languages or can_decide_languages(current):
         language = current.languages

@@ -309,7 +309,7 @@ def test_the_horizon_grows_where_observations_are_numbered() -> None:
     assert learner(flat).config.horizon_at(0) == 60
     assert learner(grid, horizon=50).config.horizon_at(0) == 50 and learner(grid, horizon=0).config.horizon_at(0) == 0
     assert learner(grid, initial_horizon=20).config.horizon_at(0) == 20
-    with pytest.raises(InvalidArgumentError, match="horizon is 1"):
+    with pytest.raises(InvalidArgumentError, match="initial_horizon is 1"):
         DQNConfig(initial_horizon=1)
 
 
