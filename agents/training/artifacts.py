@@ -63,24 +63,31 @@ def export_run(run: RunFolder, agent: Agent, folder: str | os.PathLike[str]) -> 
 
 def draw_run(run: RunFolder, agent: Agent, judge: Judge | None) -> list[Path]:
     """Draw the curve, the policy where there is a map, episodes in the plane, the automaton where a program can."""
-    drawn = [run.draw_automaton(), draw_curve(run, judge), _draw_policy(run, agent, judge), _draw_episodes(run, agent)]
+    drawn = [
+        run.draw_automaton(),
+        draw_curve(run, agent, judge),
+        _draw_policy(run, agent, judge),
+        _draw_episodes(run, agent),
+    ]
     return [path for path in drawn if path is not None]
 
 
-def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
+def draw_curve(run: RunFolder, agent: Agent, judge: Judge | None) -> Path | None:
     """Returns over training steps, or nothing where none were recorded.
 
     Those of the episodes that ended, with exploration, where they are in the metrics (fitted Q iteration, double DQN);
     else the exact ones of the policies learned so far (tabular learners). Where the dynamics are known, a line shows
-    what the policy that is optimal for the rewards would return.
+    what the policy that is optimal for the rewards would return, and a dot what the one that was learned does.
     """
-    best = None
+    best = outcome = None
     sampled = any(row.get("episode_return") is not None for row in run.metrics())
     if sampled:
         column, name, label = "episode_return", "training, with exploration", "return of an episode (sum of rewards)"
         if judge is not None and judge.optimal_policy is not None:  # episodes are cut, and so is what is best
-            lifted = judge.rewards.lift(judge.optimal_policy)
-            best = expected_return_within(judge.rewards, lifted, run.config.env_spec.episode_steps)
+            policies = judge.optimal_policy, tabular_policy(agent, judge.rewards.mdp)
+            lifted = (judge.rewards.lift(policy) for policy in policies)
+            steps = run.config.env_spec.episode_steps
+            best, outcome = (expected_return_within(judge.rewards, policy, steps) for policy in lifted)
     else:
         column, name, label = "discounted_return", "learned so far, exact", "expected return, discounted"
         best = None if judge is None else judge.value
@@ -93,7 +100,7 @@ def draw_curve(run: RunFolder, judge: Judge | None) -> Path | None:
     title = run.task.formula or run.config.env_spec.env
     return draw_curves(
         run.path / CURVE_PICTURE,
-        [Curve(name, x, returns, best)],
+        [Curve(name, x, returns, best, outcome=outcome)],
         title=title,
         x_label=x_label,
         y_label=label,

@@ -36,6 +36,13 @@ class Curve:
     """exact optimal value, drawn as a dashed line."""
     learned: FloatArray | None = None
     """as `y`; exact expected return of the policy learned so far, drawn as the main line if given."""
+    outcome: float | None = None
+    """exact expected return of the policy learned in the end, drawn as a dot there."""
+
+    @property
+    def marks(self) -> list[float]:
+        """What is drawn beside the returns, where it is a finite number."""
+        return [value for value in (self.optimum, self.outcome) if value is not None and np.isfinite(value)]
 
 
 def draw_curves(
@@ -98,7 +105,10 @@ def _curve(axes: Axes, curve: Curve, colour: str, window: int, *, alone: bool) -
         axes.plot(curve.x, middle, color=colour, linewidth=0.8, alpha=0.6, label=f"{prefix}while exploring")
         _, best, _ = moving_percentiles(np.atleast_2d(curve.learned), 1)
         axes.plot(curve.x, best, color=colour, linewidth=1.9, label=f"{prefix}learned so far, exact")
-    if curve.optimum is not None and np.isfinite(curve.optimum):
+    if curve.outcome in curve.marks:
+        text = f"{prefix}learned, exact {figure_text(curve.outcome, digits=5)}"
+        axes.plot(curve.x[-1:], [curve.outcome], "o", color=colour, markersize=7, label=text, clip_on=False, zorder=3)
+    if curve.optimum in curve.marks:
         text = f"{prefix}exact optimum {figure_text(curve.optimum, digits=5)}"
         axes.axhline(curve.optimum, color=colour, linewidth=1.1, linestyle=(0, (5, 3)), label=text)
 
@@ -108,9 +118,9 @@ def _limit(axes: Axes, curves: Sequence[Curve]) -> None:
     shown = np.concatenate([np.ravel(curve.y) for curve in curves])
     shown = shown[np.isfinite(shown)]
     if shown.size:
-        optima = [curve.optimum for curve in curves if curve.optimum is not None and np.isfinite(curve.optimum)]
-        best = max([shown.max(), *optima])
-        worst = np.percentile(shown, 4)
+        marks = [value for curve in curves for value in curve.marks]
+        best = max([shown.max(), *marks])
+        worst = min([np.percentile(shown, 4), *(curve.outcome for curve in curves if curve.outcome in curve.marks)])
         if best > worst:
             axes.set_ylim(worst - 0.05 * (best - worst), best + 0.08 * (best - worst))
 

@@ -50,11 +50,14 @@ def test_the_line_is_drawn_where_an_endless_episode_has_no_finite_return(
     best = expected_return_within(judge.rewards, optimal_return(judge.rewards).policy, 50)
     assert [curve.optimum for curve in drawn] == [pytest.approx(best)]
     assert 0 < best < 1
+    assert [0 <= curve.outcome <= best + 1e-9 for curve in drawn] == [True]  # what was learned is no better
 
 
 @pytest.mark.slow
 def test_a_curve_with_an_infinite_optimum_has_no_line(tmp_path: Path) -> None:
     x = np.arange(20.0)
     for optimum in (np.inf, -np.inf, np.nan, None):
-        path = draw_curves(tmp_path / "c.png", [Curve("run", x, x, optimum)], title="t", x_label="steps")
+        curve = Curve("run", x, x, optimum, outcome=optimum)
+        assert curve.marks == []
+        path = draw_curves(tmp_path / "c.png", [curve], title="t", x_label="steps")
         assert path.stat().st_size > 1000
