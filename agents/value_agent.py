@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -242,6 +243,10 @@ class ValueAgent(ABC):
     def finish(self, memory: Any) -> None:  # noqa: B027 - most agents have nothing left to do
         """Learn what is left to be learned when the steps are over."""
 
+    def settle(self, interface: Interface, seed: int, stop: Callable[[], bool]) -> str:
+        """Try, until told to stop, what is left open of the policy when all is learned; says what came of it."""
+        return ""
+
     @abstractmethod
     def state_dict(self) -> dict[str, Any]:
         """Return everything that learning changes, as tensors and numbers."""
@@ -263,11 +268,7 @@ class ValueAgent(ABC):
 
     @classmethod
     def check(cls, env: LTLVectorWrapper, config: Any) -> Any:
-        """Make the agent once for an environment, so that wrong input is found; returns what `check_memory` does.
-
-        Raises:
-            LtlcError: the environment, its task and the hyperparameters do not go together.
-        """
+        """Make the agent once for an environment, which raises what it cannot take; returns as `check_memory` does."""
         interface = Interface.of(env)
         config, tables = cls.fitted(config, interface)
         agent = cls(interface.space, interface.n_actions, tables, config)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -24,22 +25,20 @@ from ..training.contents import Content, check_optimizer, numbers_in
 from ..transitions import TransitionBatch
 from ..trunk import Trunk
 from ..value_agent import ValueAgent
-from .config import DQNConfig
+from .config import DRAWN, DQNConfig
 from .device import available, check_device
 from .divergence import diverged
 from .exploration import ExploringStarts, Whims, with_random_choices
 from .fitting import fitted, fitted_horizon
 from .look_ahead import LookAhead
-from .networks import Follower, QNetwork, layer_widths, near_best, squashable
+from .networks import Follower, QNetwork, hurried, layer_widths, near_best, squashable
 from .places import Places
 from .replay import ReplayBuffer, ReplaySize, Segments
 from .robustness import RobustEncoder
+from .temperature import try_temperatures
 from .traces import TraceLoss, seek
 from .update import TDLoss
 
-_WAITING = 0.02
-"""part of the range of values that a choice of a pair may seem to lose: where waiting is worth as much, the errors of a
-network would put it off for ever."""
 _MOST_TRIES = 1 << 22
 """counts of what was tried."""
 _TIE = 1e-5
@@ -96,6 +95,7 @@ class DoubleDQN(ValueAgent):
         scale = 1.0 if squashed else config.reward_scale
         self.tensor_tables = TensorTables.of(self.tables, scale, config.device, bounds)
         self._bounds = torch.stack([self.tensor_tables.least, self.tensor_tables.largest]) if squashed else None
+        self._width = 1.0 if self._bounds is None else float(self._bounds[1].max() - self._bounds[0].min())
         if config.robustness:
             unit = self.tensor_tables.scale
             self.encoder = RobustEncoder(observation_space, self.tables, config, self._bounds, unit)
@@ -226,24 +226,14 @@ class DoubleDQN(ValueAgent):
     ) -> Tensor:
         """Value all actions; where a pair can be chosen at next to no loss, it is no better to wait."""
         values = super().evaluate(network, packed, states)
-        if self.tensor_tables.n_options == 1:
-            return values
-        waiting, chosen = values[..., : self.n_actions], values[..., self.n_actions :].amax(dim=-1, keepdim=True)
-        near = waiting.amax(dim=-1, keepdim=True) <= chosen + _WAITING * self._width
-        below = torch.nextafter(chosen, torch.full_like(chosen, -torch.inf))
-        waiting = torch.where(near, torch.minimum(waiting, below), waiting)
-        return torch.cat([waiting, values[..., self.n_actions :]], dim=-1)
+        return values if self.tensor_tables.n_options == 1 else hurried(values, self.n_actions, self._width)
 
     def chances(self, values: Tensor) -> Tensor | None:
         """Return how likely each action is, see `near_best`; None where nothing is squashed, or the temperature 0."""
-        if self._bounds is None or self._width < _TIE or not self.config.temperature:
+        temperature = DRAWN if self.config.temperature is None else self.config.temperature
+        if self._bounds is None or self._width < _TIE or not temperature:
             return None
-        return near_best(values, float(self._bounds[0].min()), self._width, self.config.temperature)
-
-    @property
-    def _width(self) -> float:
-        """Between the least and the largest value; 1 where that is not known."""
-        return 1.0 if self._bounds is None else float(self._bounds[1].max() - self._bounds[0].min())
+        return near_best(values, float(self._bounds[0].min()), self._width, temperature)
 
     def update(self, steps: TransitionBatch | Segments, learning_rate: float) -> float:
         """Make one gradient step on a batch of sampled steps; returns the loss before it.
@@ -288,6 +278,18 @@ class DoubleDQN(ValueAgent):
         every = config.train_frequency or 1
         due = memory.steps // every - (memory.steps - memory.newest) // every
         return [self.update(self._batch(memory, generator), rate) for _ in range(due * config.gradient_steps)]
+
+    def settle(self, interface: Interface, seed: int, stop: Callable[[], bool]) -> str:
+        """Choose the temperature by trial, where nobody has."""
+        if self.config.temperature is not None or self._bounds is None:
+            return ""
+        trials = try_temperatures(self._at, interface, self.config.total_steps, seed, stop)
+        self._at(trials[0].temperature if trials else None).reseed(self.config.seed)
+        return f"temperature by trial: {', '.join(map(str, trials))}" if len(trials) > 1 else ""
+
+    def _at(self, temperature: float | None) -> DoubleDQN:
+        self._config = dataclasses.replace(self._config, temperature=temperature)
+        return self
 
     def _batch(self, memory: ReplayBuffer, generator: torch.Generator) -> TransitionBatch | Segments:
         config = self.config

@@ -16,6 +16,8 @@ _LEAST_FREQUENCY, _UNHURRIED = 8, 4_000
 """environment steps for a round of updates, and part of a training whose root they may also be, where nobody says."""
 _BATCH, _NUMBERED_BATCH = 128, 512
 """environment steps in a batch, where nobody says."""
+DRAWN = 0.1
+"""the temperature where there is no reason for another."""
 _NEAR, _GROWS, _STAGES = 100, (0.1, 0.7), 20
 """steps to look ahead in the beginning, and parts of the training between which they become more, in so many stages."""
 
@@ -70,8 +72,9 @@ class DQNConfig(OffPolicyConfig):
             outputs are values (thesis).
         horizon: steps that the discount of the recommended scheme looks ahead: gamma = 1 - 1/horizon, gamma_accept = 1
             - sqrt((1 - gamma) / 2). A network cannot tell values apart that differ by less than its error, so it takes
-            shorter horizons than a table. None: a fifth of an episode, from 20 to 200, and 2000 where observations are
-            numbered. 0: the parameters of the scheme as they are, as always where somebody has set them.
+            shorter horizons than a table. None: a fifth of an episode, two fifths where acceptance is to recur, from 20
+            to 200, and 2000 where observations are numbered. 0: the parameters of the scheme as they are, as always
+            where somebody has set them.
         initial_horizon: steps that are looked ahead in the first tenth of the training; until 70 % of it they become
             `horizon`, each time by the same factor. None: 100 at most where observations are numbered, else `horizon`.
             0: `horizon` from the beginning.
@@ -91,7 +94,9 @@ class DQNConfig(OffPolicyConfig):
             without what is less than a thousandth as likely as the best action, >= 0. Where a network is wrong about
             what is nearly alike, the greedy policy may run in a circle for ever; this one leaves it, and since
             advantage learning keeps outputs apart, little is lost. 0, and where outputs are not squashed: the best
-            action (thesis).
+            action (thesis). None: 0.1; where observations are not numbered and episodes fail at that when the training
+            is over, 0 and 0.3 are tried, too, in the training's environment, and the one that surely does better is
+            taken. Each is tried for a tenth of `total_steps` at most, and these steps are not counted.
         ladder: sub-environment i of n explores with probability epsilon^(1 + ladder * i / (n - 1)), so that some follow
             the policy to where it leads and others stray, >= 0; 0: all with epsilon (thesis).
         persistence: in every second sub-environment an exploring action is kept for a random number of steps, n of them
@@ -154,7 +159,7 @@ class DQNConfig(OffPolicyConfig):
     trace_decay: float = 0.95
     advantage_learning: float | None = None
     final_advantage_learning: float | None = None
-    temperature: float = 0.1
+    temperature: float | None = None
     buffer_size: int = 1_000_000
     max_memory: float | None = None
     train_frequency: int | None = None
@@ -270,6 +275,7 @@ class DQNConfig(OffPolicyConfig):
             "final_advantage_learning": max(first, last) if first else 0.0,
             "initial_horizon": min(_NEAR, horizon) if numbered else horizon,
             "action_repeat": 1 if numbered else None,
+            "temperature": DRAWN if numbered else None,
         }  # fmt: skip
         left_open: dict[str, Any] = {name: value for name, value in values.items() if getattr(self, name) is None}
         return dataclasses.replace(self, **left_open)

@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from ltlc.graph import strong_components
 from ltlc.rewards import RewardTables
 
 from ..encoder import ObservationEncoder
@@ -44,8 +45,8 @@ def fitted_horizon(config: DQNConfig, interface: Interface) -> int:
         return 0
     if _counted(config, interface):
         return 2000
-    limit = interface.episode_steps
-    return 100 if limit is None else min(max(limit // 5, 20), 200)
+    limit, fifths = interface.episode_steps, 2 if _recurs(interface.wrapper.task.tables) else 1
+    return 100 if limit is None else min(max(fifths * limit // 5, 20), 200)
 
 
 def fitted_repeat(interface: Interface, config: DQNConfig) -> int:
@@ -74,6 +75,17 @@ def fitted_repeat(interface: Interface, config: DQNConfig) -> int:
         if 2 * over.sum() > n:
             return max(done // _ALERT, 1)
     return rounds // _ALERT
+
+
+def _recurs(tables: RewardTables) -> bool:
+    """Whether a run may accept again and again, with steps between: then it pays to be there the next time, too.
+
+    A horizon much nearer than the next acceptance makes little of it that nothing comes after this one.
+    """
+    component = np.array(strong_components(tables.next_state))
+    inside = (component[tables.next_state] == component[:, None]) & ~tables.terminal
+    accepting, between = ({*component[(inside & which).any(axis=1)]} for which in (tables.accepted, ~tables.accepted))
+    return not accepting.isdisjoint(between)
 
 
 def _counted(config: DQNConfig, interface: Interface) -> bool:

@@ -23,6 +23,9 @@ _FREQUENCY = 4.0
 """of waves, over features in [-1, 1]: circles a tenth of the world across can be told apart."""
 _SURE = 1e-6
 """squashed outputs nearer to 0 or 1 cannot be told apart."""
+_WAITING = 0.02
+"""part of the range of values that a choice of a pair may seem to lose: where waiting is worth as much, the errors of a
+network would put it off for ever."""
 _NEVER = 1e-3
 """what is less likely than so many times the best action is not chosen."""
 _COPIES = 5
@@ -182,6 +185,21 @@ def near_best(values: Tensor, low: float, width: float, temperature: float) -> T
     chances = torch.softmax(outputs / temperature, dim=-1)
     chances = torch.where(chances < _NEVER * chances.amax(dim=-1, keepdim=True), 0.0, chances)
     return chances / chances.sum(dim=-1, keepdim=True)
+
+
+def hurried(values: Tensor, n_actions: int, width: float) -> Tensor:
+    """Values of actions, where it is no better to wait if a pair can be chosen at next to no loss.
+
+    Args:
+        values: shape (..., n_options * n_actions), those of waiting first.
+        n_actions: of the environment.
+        width: from the least value to the largest one.
+    """
+    waiting, choosing = values[..., :n_actions], values[..., n_actions:]
+    chosen = choosing.amax(dim=-1, keepdim=True)
+    near = waiting.amax(dim=-1, keepdim=True) <= chosen + _WAITING * width
+    below = torch.nextafter(chosen, torch.full_like(chosen, -torch.inf))
+    return torch.cat([torch.where(near, torch.minimum(waiting, below), waiting), choosing], dim=-1)
 
 
 def squashable(tables: RewardTables, bounds: ValueBounds) -> bool:

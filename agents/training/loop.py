@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -120,10 +120,10 @@ def train_in(
                     stopped = bool(callback(Progress(run.agent, row, config.total_steps, run.early_shortcomings())))
             if run.leg_is_over() and run.steps < config.total_steps:
                 run.begin_leg()
-        run.finish(complete=not interrupt.raised)
+        message = run.finish(lambda: interrupt.raised)
         return TrainingResult(
             run.agent, run.steps, config.total_steps, run.watch.seconds, interrupt.raised, folder, run.saved_steps,
-            run.shortcomings(),
+            run.shortcomings(), message,
         )  # fmt: skip
 
 
@@ -142,7 +142,7 @@ class _Run:
     ) -> None:
         env = interface.env
         agent_class: type[ValueAgent] = AGENTS[agent].agent_class
-        self.config, self.folder, self.id = config, folder, run_id
+        self.config, self.folder, self.id, self.interface = config, folder, run_id, interface
         if saved is not None:
             n_states = 1 if tables is None else tables.n_states
             weights = saved["agent"]["policy_network"]
@@ -210,15 +210,24 @@ class _Run:
         self.save()
         self._reset()
 
-    def finish(self, *, complete: bool) -> None:
-        """Write the last checkpoint, unless the leg was cut short or nothing happened since, and the policy."""
+    def finish(self, stop: Callable[[], bool]) -> str:
+        """Write the last checkpoint, unless the leg was cut short or nothing happened since, and the policy.
+
+        Args:
+            stop: whether the training was interrupted, which it may be meanwhile.
+
+        Returns:
+            What is to be told of the policy.
+        """
         if self.steps > self.saved_steps:
             self.agent.finish(self.memory)
-            if complete:
+            if not stop():
                 self.save()
+        message = "" if stop() else self.agent.settle(self.interface, stream_seed(self.config, self.leg + 1), stop)
         self.metrics.close()
         if self.folder is not None:
             self.agent.save(self.folder / POLICY_FILE, run=self.id)
+        return message
 
     def save(self) -> None:
         """End the leg with a checkpoint: the old one, or the new one, is there at any moment."""

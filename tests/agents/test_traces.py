@@ -264,11 +264,15 @@ def test_episodes_act_as_if_the_automaton_were_in_any_open_state() -> None:
 
 
 def test_the_horizon_follows_from_the_environment_unless_somebody_says_so() -> None:
-    def ahead(limit: int | None) -> int:
-        env = LTLVectorWrapper(VectorFlatWorld(2, max_episode_steps=limit), Task("F red"))
+    def ahead(limit: int | None, formula: str = "F red") -> int:
+        env = LTLVectorWrapper(VectorFlatWorld(2, max_episode_steps=limit), Task(formula), extra_labels="ignore")
         return fitted_horizon(DQNConfig(), Interface.of(env))
 
-    assert [ahead(limit) for limit in (None, 75, 300, 5000)] == [100, 20, 60, 200]
+    limits = (None, 75, 300, 5000)
+    for formula in ("F red", "!blue U red", "F red & G !blue", "G !blue", "FG red", "F blue | G red"):
+        assert [ahead(limit, formula) for limit in limits] == [100, 20, 60, 200]
+    for formula in ("GF red", "GF red & GF blue & G !outside", "G(red -> F blue)", "FG red | GF blue"):
+        assert [ahead(limit, formula) for limit in limits] == [100, 30, 120, 200]
 
     def fitted(task: Task, **changes: Any) -> tuple[int | None, RewardTables | None]:
         env = LTLVectorWrapper(VectorGridWorld("S.A", 2), task)

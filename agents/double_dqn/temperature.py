@@ -1,0 +1,118 @@
+"""The temperature of a policy, chosen by what the policy does when the steps of training are over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..training.collect import Collector, Interface
+from ..transitions import TransitionBatch
+from ..value_agent import ValueAgent
+from .config import DRAWN
+
+_OTHERS = (0.0, 0.3)
+"""those tried where episodes fail at that one: what has to be balanced forgives no drawing, a wide world much of it."""
+_EPISODES, _PART, _SURE = 100, 10, 2.0
+"""episodes that are enough; part of a training's steps that a temperature is tried for at most; and by how many
+standard deviations another one has to be better."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a policy did at a temperature.
+
+    Attributes:
+        temperature: of the policy.
+        successes: episodes that satisfied; of those that were cut undecided, that accepted at least once.
+        episodes: all of them.
+    """
+
+    temperature: float
+    successes: int
+    episodes: int
+
+    @property
+    def part(self) -> float:
+        """Of the episodes, that succeeded."""
+        return self.successes / self.episodes
+
+    def surely_better(self, other: Trial) -> bool:
+        """Whether more succeed by more than chance explains."""
+        both = (self.successes + other.successes) / (self.episodes + other.episodes)
+        deviation = math.sqrt(both * (1 - both) * (1 / self.episodes + 1 / other.episodes))
+        return self.part - other.part > _SURE * deviation
+
+    def __str__(self) -> str:
+        return f"{self.successes} of {self.episodes} at {self.temperature:g}"
+
+
+def try_temperatures(
+    at: Callable[[float], ValueAgent], interface: Interface, total_steps: int, seed: int, stop: Callable[[], bool]
+) -> list[Trial]:
+    """Try temperatures in the environment, others than `DRAWN` only where episodes fail at it.
+
+    The steps for that are no part of the training, and a tenth of it at most for each temperature.
+
+    Args:
+        at: gives the agent a temperature, and returns it.
+        interface: of the environment, which is reset.
+        total_steps: of the training.
+        seed: of the environment, and of what the policy draws.
+        stop: whether to give up.
+
+    Returns:
+        The one to take first; nothing where it was given up, or there are too few steps for one in each copy.
+    """
+    trials: list[Trial] = []
+    for temperature in (DRAWN, *_OTHERS):
+        good = _successes(at(temperature), interface, total_steps // _PART // interface.env.num_envs, seed, stop)
+        if good is None or not len(good):
+            return []
+        trials.append(Trial(temperature, int(good.sum()), len(good)))
+        if good.all():
+            break
+    first = max(trials, key=lambda trial: (trial is trials[0] or trial.surely_better(trials[0])) * trial.part)
+    return [first, *(trial for trial in trials if trial is not first)]
+
+
+def _successes(
+    agent: ValueAgent, interface: Interface, rounds: int, seed: int, stop: Callable[[], bool]
+) -> npt.NDArray[np.bool_] | None:
+    """Whether each episode of a policy succeeds, in at most so many steps of each copy; None: it was given up."""
+    collector, n = Collector(interface, agent.encoder), interface.env.num_envs
+    found: list[npt.NDArray[np.bool_]] = []
+    agent.reseed(seed)
+    while rounds and n * len(found) < _EPISODES:
+        collector.reset(seed + len(found))
+        good, accepted, over = np.zeros((3, n), dtype=np.bool_)
+        while rounds and not over.all():
+            if stop():
+                return None
+            steps, rounds = collector.follow(agent), rounds - 1
+            who = steps.copy
+            accepted[who] |= agent.tables.accepted[steps.state, steps.letter_class]
+            now, decided = _outcome(agent, steps, accepted[who])
+            good[who] = np.where(over[who], good[who], now)
+            over[who] |= decided
+        if found and not over.all():
+            break  # else a policy that is quick would be cut in what another one does not begin
+        found.append(good)
+    return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
+
+
+def _outcome(
+    agent: ValueAgent, steps: TransitionBatch, accepted: npt.NDArray[np.bool_]
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Whether each episode succeeds if it ends with this step, having accepted or not; and whether that is certain."""
+    tables, at = agent.tables, (steps.state, steps.letter_class)
+    least, largest = (part.cpu().numpy() for part in (agent.tensor_tables.least, agent.tensor_tables.largest))
+    after, middle = tables.next_state[at], largest.max() / 2
+    won, lost = least[after] > middle, (largest[after] < middle) | (tables.terminal & ~tables.accepted)[at]
+    won, lost = won & ~tables.violated[at], lost | tables.violated[at]
+    repeated = steps.terminated & (tables.on_termination == "repeat")  # its last letter, for ever
+    good = np.where(repeated, tables.final_value[at] > middle, accepted)
+    return won | (good & ~lost), steps.ended | won | lost
