@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
@@ -104,12 +105,9 @@ class Interface:
         """Steps after which episodes are cut; None where the environment does not say."""
         env: Any = self.env
         while True:
-            for holder in (env, getattr(env, "spec", None)):
-                limit = getattr(holder, "max_episode_steps", None)
-                if isinstance(limit, int):
-                    return limit
-            if not isinstance(env, VectorWrapper):
-                return None
+            limit = next((limit for limit in _limits(env) if isinstance(limit, int)), None)
+            if limit is not None or not isinstance(env, VectorWrapper):
+                return limit
             env = env.env
 
     def base(self, observations: Any) -> Any:
@@ -125,6 +123,17 @@ class Interface:
             case "index":
                 return observations // n_states
         return observations
+
+
+def _limits(env: VectorEnv[Any, Any, Any]) -> Iterator[Any]:
+    """What says after how many steps episodes are cut, the surest first."""
+    yield getattr(env, "max_episode_steps", None)
+    for one in getattr(env, "envs", ())[:1]:
+        if isinstance(one, gym.Env) and one.has_wrapper_attr("_max_episode_steps"):  # of Gymnasium's TimeLimit
+            yield one.get_wrapper_attr("_max_episode_steps")
+    spec = getattr(env, "spec", None)
+    yield getattr(spec, "kwargs", {}).get("max_episode_steps")  # asked for; the spec itself is as it was registered
+    yield getattr(spec, "max_episode_steps", None)
 
 
 def _base_space(wrapper: LTLVectorWrapper, space: spaces.Space[Any]) -> spaces.Space[Any]:

@@ -16,6 +16,7 @@ from ltlc.agents.encoder import ObservationEncoder
 from ltlc.agents.training.collect import Collector, Interface
 from ltlc.agents.transitions import TransitionBatch
 from ltlc.envs import HeldActions, LTLVectorWrapper, LTLWrapper, VectorGridWorld
+from ltlc.envs.spec import EnvSpec
 from ltlc.errors import InvalidArgumentError
 from ltlc.task import Task
 
@@ -250,3 +251,22 @@ def test_environments_the_agent_cannot_take_are_refused() -> None:
     inside = SyncVectorEnv([lambda: LTLWrapper(Line(), Task("F edge"))])
     with pytest.raises(InvalidArgumentError, match="put LTLVectorWrapper around them"):
         collector(inside)
+
+
+def test_the_limit_of_episodes_is_the_one_that_was_asked_for() -> None:
+    def limit(envs: Any) -> int | None:
+        return Interface.of(LTLVectorWrapper(envs, Task("F a"), lambda seen: {"a": bool(seen[0] > 0)})).episode_steps
+
+    for mode in ("sync", "async"):
+        own = gym.make_vec("MountainCar-v0", num_envs=2, vectorization_mode=mode)
+        other = gym.make_vec("MountainCar-v0", num_envs=2, vectorization_mode=mode, max_episode_steps=400)
+        assert (limit(own), limit(other)) == (200, 400)
+        own.close()
+        other.close()
+    assert limit(SyncVectorEnv([lambda: gym.make("MountainCar-v0", max_episode_steps=50)] * 2)) == 50
+    assert limit(SyncVectorEnv([lambda: gym.make("MountainCar-v0").unwrapped] * 2)) is None
+    spec = EnvSpec(env="MountainCar-v0", labels="variables:x=0", max_episode_steps=70)
+    for workers in (0, 2):
+        made = spec.vector(Task('F "x > 0"'), 2, workers)
+        assert Interface.of(made).episode_steps == 70
+        made.close()
