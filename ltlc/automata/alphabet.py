@@ -131,9 +131,17 @@ class Alphabet:
         chosen[np.array(classes, dtype=np.int64)] = True
         column = chosen[self.relevant_class]
         needed = support(column)
-        guard = shortest_guard(truth_table(project(column, needed)), len(needed))
+        shape = truth_table(project(column, needed)), len(needed)
+        guard = self._guards.get(shape)
+        if guard is None:
+            guard = self._guards[shape] = shortest_guard(*shape)
         names = [self.relevant[i] for i in needed]
         return Guard(guard.disjunctive, tuple(tuple((names[i], sign) for i, sign in term) for term in guard.terms))
+
+    @cached_property
+    def _guards(self) -> dict[tuple[int, int], Guard]:
+        """Guards that were found, by truth table and number of propositions; many differ by names only."""
+        return {}
 
     @cached_property
     def _signed(self) -> list[tuple[int, int]]:
@@ -281,7 +289,7 @@ def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:
     """The propositions that a column depends on, as indices."""
     n_aps = len(column).bit_length() - 1
     pairs = (column.reshape(-1, 2, 1 << i) for i in range(n_aps))
-    return tuple(i for i, halves in enumerate(pairs) if not np.array_equal(halves[:, 0], halves[:, 1]))
+    return tuple(i for i, halves in enumerate(pairs) if (halves[:, 0] != halves[:, 1]).any())
 
 
 def project(column: npt.NDArray[_Scalar], indices: Sequence[int]) -> npt.NDArray[_Scalar]:

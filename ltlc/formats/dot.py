@@ -188,7 +188,9 @@ def _lines(text: str, width: int) -> str:
 
 
 def _printable(text: str) -> str:
-    return escape("".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text)) or " "
+    if not text.isprintable():
+        text = "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text)
+    return escape(text) or " "
 
 
 def wrapped(text: str, width: int) -> list[str]:
@@ -205,6 +207,9 @@ def wrapped(text: str, width: int) -> list[str]:
 
 def _split(text: str, operator: str) -> list[str]:
     """The text cut before each occurrence of the operator outside brackets and quotes."""
+    if not {"(", '"'} & {*text}:  # most are such, and there may be very many
+        first, *others = text.split(f" {operator} ")
+        return [first, *(f"{operator} {other}" for other in others)]
     parts, depth, quoted_part = [""], 0, False
     for i, letter in enumerate(text):
         quoted_part ^= letter == '"' and text[i - 1 : i] != "\\"
