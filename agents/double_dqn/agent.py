@@ -285,7 +285,8 @@ class DoubleDQN(ValueAgent):
             return ""
         trials = try_temperatures(self._at, interface, self.config.total_steps, seed, stop)
         self._at(trials[0].temperature if trials else None).reseed(self.config.seed)
-        return f"temperature by trial: {', '.join(map(str, trials))}" if len(trials) > 1 else ""
+        told = f"temperature {self.config.temperature} by trial; episodes that succeeded: {', '.join(map(str, trials))}"
+        return told if trials and self.config.temperature != DRAWN else ""
 
     def _at(self, temperature: float | None) -> DoubleDQN:
         self._config = dataclasses.replace(self._config, temperature=temperature)
