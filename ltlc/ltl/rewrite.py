@@ -12,10 +12,11 @@ from ltlc.ltl.recall import without_past
 from ltlc.ltl.rule import Rewrite, Rule
 from ltlc.ltl.rules_binary import BINARY_RULES
 from ltlc.ltl.rules_boolean import BOOLEAN_RULES
+from ltlc.ltl.rules_informed import INFORMED_RULES
 from ltlc.ltl.rules_unary import UNARY_RULES
 from ltlc.ltl.shape import LITERAL, NO_PAST
 
-RULES: tuple[Rule, ...] = (*BOOLEAN_RULES, *UNARY_RULES, *BINARY_RULES)
+RULES: tuple[Rule, ...] = (*BOOLEAN_RULES, *INFORMED_RULES, *UNARY_RULES, *BINARY_RULES)
 """In the order in which they are tried on a node."""
 
 STEPS_PER_NODE = 50

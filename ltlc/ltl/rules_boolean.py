@@ -22,15 +22,11 @@ from ltlc.ltl.formula import (
     WeakUntil,
 )
 from ltlc.ltl.implication import Implications
-from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook, operands
-from ltlc.ltl.shape import LITERAL, SUSPENDABLE
-from ltlc.ltl.traversal import fold
+from ltlc.ltl.rule import MAX_PAIRWISE, RuleBook
+from ltlc.ltl.shape import SUSPENDABLE
 
 BOOLEAN_RULES = RuleBook()
 Key = TypeVar("Key")
-
-MAX_INFORMED = 500
-"""Literals are put into operands of at most this many nodes."""
 
 
 class _Side(NamedTuple):
@@ -262,83 +258,3 @@ def _common_factor(node: Formula, _: Implications) -> Formula | None:
     factors = [piece for piece in node.args[0].args if piece in common]
     rests = [dual(*(piece for piece in part.args if piece not in common)) for part in node.args]
     return dual(*factors, connective(*rests))
-
-
-@BOOLEAN_RULES.rule(
-    And,
-    Or,
-    name="literal-now",
-    laws="p & (a | b & p) = p & (a | b); p | (a & (b | p)) = p | (a & b)",
-    having=(And, Or),
-    shared=True,
-)
-def _literal_now(node: Formula, known: Implications) -> Formula | None:
-    stated = [part if part.flags & LITERAL else None for part in node.args]
-    return _inform(node, known, stated, lambda part: isinstance(part, (And, Or)), (And, Or))
-
-
-@BOOLEAN_RULES.rule(
-    And,
-    Or,
-    name="literal-always",
-    laws="G p & F(a & p) = G p & F a; G p & (a U (b | p)) = G p; F p | G(a | p) = F p | G a; F p | a U (b & p) = F p",
-    having=(Eventually, Always),
-    shared=True,
-)
-def _literal_always(node: Formula, known: Implications) -> Formula | None:
-    lasting = SIDES[type(node)].lasting
-    stated = [part.args[0] if type(part) is lasting else None for part in node.args]
-    return _inform(node, known, stated, lambda _: True)
-
-
-@BOOLEAN_RULES.rule(
-    And,
-    Or,
-    name="literal-in-the-limit",
-    laws="F G p & G F(a & p) = F G p & G F a; G F p | F G(a | p) = G F p | F G a",
-    having=(Eventually, Always),
-    shared=True,
-)
-def _literal_in_the_limit(node: Formula, known: Implications) -> Formula | None:
-    side = SIDES[type(node)]
-    outer = [part.args[0] if type(part) is side.other else None for part in node.args]
-    stated = [inner.args[0] if type(inner) is side.lasting else None for inner in outer]
-    return _inform(node, known, stated, lambda part: part.flags & SUSPENDABLE == SUSPENDABLE)
-
-
-def _inform(
-    node: Formula,
-    known: Implications,
-    stated: list[Formula | None],
-    concerned: Callable[[Formula], bool],
-    within: tuple[type[Formula], ...] | None = None,
-) -> Formula | None:
-    """Puts the literals that some operands state into the other operands.
-
-    Args:
-        node: the conjunction or disjunction.
-        known: what is known about its parts.
-        stated: for each operand, the formula whose literals it states, or None.
-        concerned: whether a statement holds in an operand.
-        within: the operators under which it holds; None for all.
-    """
-    connective = type(node)
-    values: dict[Formula, Formula] = {}
-    sources = set()
-    mentioned = 0
-    for part, statement in zip(node.args, stated, strict=True):
-        for literal in operands(statement, connective) if statement is not None else ():
-            if literal.flags & LITERAL:
-                sources.add(part)
-                mentioned |= literal.literal_mask | literal.negated_literal_mask
-                values[literal] = SIDES[connective].unit
-                values[known.negation(literal)] = SIDES[connective].zero
-    if not values:
-        return None
-    parts = [
-        fold(part, dict(values), lambda inner, args: inner.with_args(tuple(args)) if args else inner, within)
-        if part.literal_mask & mentioned and part not in sources and concerned(part) and part.size <= MAX_INFORMED
-        else part
-        for part in node.args
-    ]
-    return connective(*parts) if any(new is not old for new, old in zip(parts, node.args, strict=True)) else None

@@ -30,6 +30,7 @@ MODULES = [
     "rule",
     "rules_binary",
     "rules_boolean",
+    "rules_informed",
     "rules_unary",
     "semantics",
     "syntax",
