@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import combinations
-from operator import or_
+from operator import and_, or_
 
 import numpy as np
 
@@ -118,6 +118,11 @@ class Component:
 
     def pairs(self) -> list[EdgePair]:
         """Pairs that accept the same cycles, as few as found."""
+        possible, certain = reduce(or_, marks := [m for *_, m in self.edges]), reduce(and_, marks)
+        if not possible & sum(2 << 2 * i for i in range(self.n_pairs)):
+            return []
+        if any(certain >> 2 * i & 2 and not possible >> 2 * i & 1 for i in range(self.n_pairs)):
+            return [(set(), set(self.edges))]
         final = self.buchi_edges()
         if final is not None:
             return [(set(), final)] if final else []

@@ -30,10 +30,13 @@ ProductState = tuple[Skeleton, tuple[Hashable, ...]]
 
 _TRUE: Skeleton = (0,)
 _FALSE: Skeleton = ()
+_DECIDED: dict[Hashable, Acceptance] = {_TRUE: ALWAYS, _FALSE: NEVER}
 
 
 def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, budget: Budget) -> EmersonLei:
     """The deterministic automaton of a Boolean combination of components; `letters` is the set of all letters."""
+    if skeleton == (1,):
+        return _alone(components[0], letters, budget)
     product = _Product(components, letters, budget)
     start = product.settle(skeleton, [c.initial for c in components])
     states, edges = explore(start, product.restless, budget)
@@ -44,6 +47,26 @@ def combine(skeleton: Skeleton, components: Sequence[Component], letters: int, b
     rested: dict[ProductState, int] = {}
     alike = [rested.setdefault(product.rested(state), len(rested)) for state in states]
     return EmersonLei(tuple(map(tuple, edges)), tuple(map(product.condition, states)), alike=alike)
+
+
+def _alone(component: Component, letters: int, budget: Budget) -> EmersonLei:
+    """What `combine` gives for a single component; the states that are decided are two at most."""
+
+    def settle(state: Hashable) -> Hashable:
+        decided = component.decided(state)
+        return state if decided is None else _TRUE if decided else _FALSE
+
+    def successors(state: Hashable) -> Successors:
+        if state in _DECIDED:
+            return [(letters, state, 0)]
+        return [(n, settle(target), marks) for n, target, marks in component.successors(state)]
+
+    states, edges = explore(settle(component.initial), successors, budget)
+    acceptance = tuple([_DECIDED[s] if s in _DECIDED else component.condition(s) for s in states])
+    known: dict[Hashable, int] = {}
+    rested = (component.initial if component.stable and s not in _DECIDED else s for s in states)
+    alike = [known.setdefault(s, len(known)) for s in rested]
+    return EmersonLei(tuple(map(tuple, edges)), acceptance, alike=alike)
 
 
 class _Product:
