@@ -18,7 +18,7 @@ import numpy as np
 
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance
-from ltlc.automata.alphabet import grouped_partitions
+from ltlc.automata.alphabet import grouped, grouped_partitions
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge
@@ -32,6 +32,10 @@ _MAX_CYCLE_WORK = 1 << 24
 """Edges looked at for one decomposition: some seconds."""
 _ENTRIES_AT_ONCE = 1 << 21
 """of tables, beside which nothing larger than them is in memory."""
+_FEW_ENTRIES = 4096
+"""of a table are written one by one."""
+_PAIRS_IN_WORD = 31
+"""so many pairs of marks fit into a machine word."""
 _PAIRS_PER_ENTRY = 16
 """The marks of so many pairs take the memory of one entry in the table of next states, as lists and as arrays."""
 
@@ -269,6 +273,8 @@ def _as_arrays(
     Returns:
         The new class of each old one, next states, Fin and Inf marks; as in `DRA`.
     """
+    if len(edges) * n_classes <= _FEW_ENTRIES and n_pairs <= _PAIRS_IN_WORD:
+        return _as_small_arrays(edges, state_marks, n_pairs, n_classes)
     partitions: dict[tuple[int, ...], int] = {}
     kinds_of = [partitions.setdefault(tuple([e.letters for e in out]), len(partitions)) for out in edges]
     block_of, places = grouped_partitions(list(partitions), n_classes)
@@ -293,3 +299,21 @@ def _as_arrays(
             inf[i, rows] = signs[i][taken if state_marks is None else rows]
             fin[i, rows] = signs[n_pairs + i][taken if state_marks is None else rows]
     return block_of, delta, fin, inf
+
+
+def _as_small_arrays(
+    edges: Sequence[Sequence[LetterEdge]], state_marks: Sequence[int] | None, n_pairs: int, n_classes: int
+) -> tuple[IntArray, IntArray, BoolArray, BoolArray]:
+    """`_as_arrays` with lists, which are faster where tables have few entries."""
+    distinct = list(dict.fromkeys([edge.letters for out in edges for edge in out]))
+    block_of, by_group = grouped(distinct, n_classes)
+    groups = dict(zip(distinct, map(bits, by_group), strict=True))
+    n_groups = reduce(int.__or__, by_group).bit_length()
+    rows, marks = [[0] * n_groups for _ in edges], [[0] * n_groups for _ in edges]
+    for out, row, seen in zip(edges, rows, marks, strict=True):
+        for letters, target, mark in out:
+            for group in groups[letters]:
+                row[group], seen[group] = target, mark
+    words = np.array(marks if state_marks is None else state_marks, dtype=np.int64)
+    signs = np.array([words >> i & 1 for i in range(2 * n_pairs)], dtype=np.bool_)
+    return block_of, np.array(rows, dtype=np.int32), signs[n_pairs:], signs[:n_pairs]
