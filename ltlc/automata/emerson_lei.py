@@ -89,7 +89,7 @@ def explore(
     number = {initial: 0}
     states = [initial]
     edges: list[list[LetterEdge]] = []
-    n_edges = widest = 0
+    n_edges = everything = 0
     for state in states:  # grows while it is read
         check_time()
         moves = []
@@ -100,16 +100,16 @@ def explore(
                 states.append(target)
                 budget.check_states(len(states))
             moves.append((letters, index, marks))
+            everything |= letters
         edges.append(merged(moves))
         n_edges += len(edges[-1])
-        widest = max(widest, max((edge.letters for edge in edges[-1]), default=0).bit_length())
-        budget.check_sets(n_edges, widest)
+        budget.check_sets(n_edges, everything.bit_length())
     return states, edges
 
 
 def merged(moves: Iterable[tuple[int, int, int]]) -> list[LetterEdge]:
     """One edge per target and marks, in the order in which they first appear; moves are (letters, target, marks)."""
-    return [LetterEdge(letters, target, marks) for (target, marks), letters in _letters_by_move(moves).items()]
+    return [LetterEdge(letters, *move) for move, letters in _letters_by_move(moves).items()]
 
 
 def _letters_by_move(moves: Iterable[tuple[int, int, int]]) -> dict[tuple[int, int], int]:
@@ -133,7 +133,7 @@ def localized(automaton: EmersonLei) -> EmersonLei:
     """Each strong component with its own simplest condition; marks that do not matter are removed."""
     component = automaton.component
     n_components = max(component) + 1
-    possible, certain = [0] * n_components, [-1] * n_components
+    possible, certain, leaving = [0] * n_components, [-1] * n_components, [0] * n_components
     seen: list[set[int]] = [set() for _ in range(n_components)]
     for q, edges in enumerate(automaton.edges):
         here = component[q]
@@ -144,6 +144,8 @@ def localized(automaton: EmersonLei) -> EmersonLei:
                 possible[here] |= edge.marks
                 certain[here] &= edge.marks
                 seen[here].add(edge.marks)
+            else:
+                leaving[here] |= edge.marks
     conditions = [NEVER] * n_components
     useful = [0] * n_components
     for q, condition in enumerate(automaton.acceptance):
@@ -158,6 +160,9 @@ def localized(automaton: EmersonLei) -> EmersonLei:
         if not q & 15:
             check_time()
         here = component[q]
+        if not leaving[here] | possible[here] & ~useful[here]:
+            kept.append(edges)
+            continue
         moves = ((e.letters, e.target, e.marks & useful[here] if component[e.target] == here else 0) for e in edges)
         kept.append(tuple(merged(moves)))
     return automaton.relabelled(tuple(kept), tuple(conditions[c] for c in component))

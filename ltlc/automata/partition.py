@@ -47,6 +47,8 @@ def refine_by(initial: Iterable[Hashable], signatures: Callable[[IntArray], Iter
     block = number_blocks(initial)
     while True:
         check_time()
+        if int(block.max()) + 1 == len(block):
+            return block
         finer = number_blocks(zip(block.tolist(), signatures(block), strict=True))
         if int(finer.max()) == int(block.max()):
             return finer

@@ -51,6 +51,11 @@ class _TooManyStepsError(Exception):
     pass
 
 
+def is_low(formula: Formula) -> bool:
+    """Whether it is a Boolean combination of recurrence and persistence formulas, in shape."""
+    return _Rewriting().is_low(formula)
+
+
 def without_mixtures(formula: Formula) -> Formula:
     """An equivalent Boolean combination of recurrence and persistence formulas, or the formula itself if none is found.
 
@@ -64,7 +69,7 @@ def without_mixtures(formula: Formula) -> Formula:
         >>> without_mixtures(parse("(a | G b) U (c & G F d)"))
         parse('G F d & (a | G b) U c')
     """
-    if _Rewriting().is_low(formula):
+    if is_low(formula):
         return formula
     negation = nnf(Not(formula))
     for max_steps in _MAX_STEPS:

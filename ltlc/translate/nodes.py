@@ -250,8 +250,8 @@ class Nodes:
     def _implies_by_shape(self, f: int, g: int) -> bool:
         fk, fa, fl = self.nodes[f]
         gk, ga, gl = self.nodes[g]
-        if fk == gk == "letters":
-            return not fl & ~gl
+        if fk == "letters" and (gk == "letters" or gk in "GX"):
+            return gk == "letters" and not fl & ~gl
         imp = self.implies
         if fk == "|":
             return all(imp(a, g) for a in fa)

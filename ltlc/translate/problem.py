@@ -13,7 +13,7 @@ from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, FormulaKind, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
 from ltlc.translate.limits import in_the_limit
-from ltlc.translate.mixtures import without_mixtures
+from ltlc.translate.mixtures import is_low, without_mixtures
 from ltlc.translate.options import Options
 
 if TYPE_CHECKING:
@@ -58,7 +58,8 @@ class Problem(NamedTuple):
 def problem_of(formula: Formula, options: Options, budget: Budget) -> Problem:
     """What every construction is given."""
     whole = simplify(formula)
-    divided = without_mixtures(in_the_limit(whole)) if options.translator in _BY_PARTS else whole
+    whole_is_divided = options.translator not in _BY_PARTS or is_low(whole)
+    divided = whole if whole_is_divided else without_mixtures(in_the_limit(whole))
     return _problem(divided, whole, propositions(formula), options, [], budget)
 
 
