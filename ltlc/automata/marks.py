@@ -222,6 +222,8 @@ def strong_parts(edges: Iterable[MarkedEdge]) -> list[tuple[list[MarkedEdge], in
     edges = list(edges)
     number = {node: i for i, node in enumerate(dict.fromkeys([source for source, _, _ in edges]))}
     inner = [edge for edge in edges if edge[1] in number]  # nothing leads back from other targets
+    if len(number) == 1:
+        return [(inner, reduce(or_, [marks for _, _, marks in inner]))] if inner else []
     if len(number) <= MAX_MASK:
         bit = {node: 1 << i for node, i in number.items()}
         reached = dict.fromkeys(number, 0)

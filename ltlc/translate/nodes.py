@@ -39,6 +39,8 @@ _KIND: dict[type[Formula], str] = {
     StrongRelease: "M",
 }
 _DUAL = {"&": "|", "|": "&", "X": "X", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
+_UNRELATED = frozenset((f, g) for f in ("letters", "F", "X") for g in ("letters", "G", "X") if f != g)
+"""No rule below tells that a node of the first kind implies one of the second."""
 _LEVELS = (("sigma1", 1), ("pi1", 2), ("sigma2", 4), ("pi2", 8))
 _LOWEST = tuple(next((name for name, bit in _LEVELS if levels & bit), "") for levels in range(16))
 
@@ -250,8 +252,10 @@ class Nodes:
     def _implies_by_shape(self, f: int, g: int) -> bool:
         fk, fa, fl = self.nodes[f]
         gk, ga, gl = self.nodes[g]
-        if fk == "letters" and (gk == "letters" or gk in "GX"):
-            return gk == "letters" and not fl & ~gl
+        if fk == gk == "letters":
+            return not fl & ~gl
+        if (fk, gk) in _UNRELATED:
+            return False
         imp = self.implies
         if fk == "|":
             return all(imp(a, g) for a in fa)
