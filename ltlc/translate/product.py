@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
 from functools import reduce
+from typing import TypeAlias
 
 from ltlc import graph
 from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, Clause, conjunction, disjunction
@@ -27,6 +28,8 @@ Skeleton = tuple[int, ...]
 _MANY = 16
 """A loop over more than so many moves asks for the time itself."""
 ProductState = tuple[Skeleton, tuple[Hashable, ...]]
+_Chain: TypeAlias = "tuple[_Chain, Hashable] | None"
+"""Next states of components, the last one outermost: moves share what they have in common."""
 
 _TRUE: Skeleton = (0,)
 _FALSE: Skeleton = ()
@@ -76,6 +79,7 @@ class _Product:
         self.letters = letters
         self._condition: dict[tuple[Skeleton, tuple[tuple[int, Acceptance], ...]], Acceptance] = {}
         self._ways: dict[tuple[int, Hashable], Successors] = {}
+        self._assigned: dict[tuple[Skeleton, int, bool], Skeleton] = {}
         self.stable = sum(1 << i for i, c in enumerate(components) if c.stable)
         self._first_mark = [sum(c.n_marks for c in components[:i]) for i in range(len(components))]
 
@@ -84,7 +88,10 @@ class _Product:
         for i in bits(_mentioned(skeleton)):
             decided = self.components[i].decided(states[i])
             if decided is not None:
-                skeleton = assign(skeleton, i, decided)
+                key = (skeleton, i, decided)
+                if key not in self._assigned:
+                    self._assigned[key] = assign(*key)
+                skeleton = self._assigned[key]
         relevant = _mentioned(skeleton)
         return skeleton, tuple([s if relevant >> i & 1 else None for i, s in enumerate(states)])
 
@@ -114,22 +121,27 @@ class _Product:
         skeleton, states = state
         relevant = _mentioned(skeleton)
         n_letters = self.letters.bit_length()
-        partial: list[tuple[int, list[Hashable], int]] = [(self.letters, list(states), 0)]
-        for i in bits(relevant & ~resting):
+        moving = bits(relevant & ~resting)
+        partial: list[tuple[int, _Chain, int]] = [(self.letters, None, 0)]
+        for i in moving:
             shift = self._first_mark[i]
             ways = self._successors(i, states[i])
             before, partial = partial, []
-            for letters, targets, marks in before:
+            for letters, chain, marks in before:
                 partial += [
-                    (common, [*targets[:i], target, *targets[i + 1 :]], marks | more << shift)
+                    (common, (chain, target), marks | more << shift)
                     for letters_i, target, more in ways
                     if (common := letters & letters_i)
                 ]
                 self.budget.check_moves(len(partial), n_letters)
         moves = []
-        for letters, targets, marks in partial:
+        for letters, chain, marks in partial:
             if len(partial) > _MANY:
                 check_time()
+            targets = list(states)
+            for i in reversed(moving):
+                assert chain is not None
+                chain, targets[i] = chain
             moves.append((letters, self.settle(skeleton, targets), marks))
         return moves
 
