@@ -212,7 +212,9 @@ def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:
 
 def reduced(automaton: EmersonLei) -> EmersonLei:
     """Quotient by bisimulation with marks, components localized; weak automata are minimized exactly."""
-    automaton = localized(automaton)
+    has_marks = any(edge.marks for out in automaton.edges for edge in out)
+    if has_marks or not automaton.is_weak:
+        automaton = localized(automaton)
     if automaton.is_weak:
         return minimized_weak(automaton)
     return quotient(automaton, refine(automaton.edges, automaton.acceptance))

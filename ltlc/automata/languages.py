@@ -116,6 +116,8 @@ def _evidently_different(a: HasTable) -> bool:
         verdicts = _repeated(c, a)
         numbers: dict[tuple[int, bool], int] = {}
         block = [numbers.setdefault(key, len(numbers)) for key in zip(block, verdicts, strict=True)]
+        if len(numbers) == a.n_states:
+            return True
     n_blocks = 0
     while n_blocks < max(block) + 1 < a.n_states:
         n_blocks = max(block) + 1

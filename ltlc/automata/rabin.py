@@ -336,7 +336,7 @@ def _takes_all(numbers: IntArray, n: int) -> bool:
 
 def _is_name(name: object) -> bool:
     """Whether it is a text that UTF-8 can write: half a surrogate pair is none."""
-    return isinstance(name, str) and name == name.encode("utf-8", "replace").decode("utf-8")
+    return isinstance(name, str) and (name.isascii() or name == name.encode("utf-8", "replace").decode("utf-8"))
 
 
 def _check(condition: bool, message: str) -> None:

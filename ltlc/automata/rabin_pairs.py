@@ -78,6 +78,7 @@ class Counters:
         lists = {clause.inf for clause in condition if clause.inf.bit_count() > 1}
         self._waits = {inf: bits(inf) for inf in sorted(lists)}
         self.is_constant = not lists
+        self._moves: dict[tuple[int, int], tuple[int, int, int]] = {}
 
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
@@ -93,7 +94,13 @@ class Counters:
 
     def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
         """See `Memory`; the memory is the counters' values in mixed radix."""
-        marks = edge[2]
+        key = memory, edge[2]
+        known = self._moves.get(key)
+        if known is None:
+            known = self._moves[key] = self._moved(*key)
+        return known
+
+    def _moved(self, memory: int, marks: int) -> tuple[int, int, int]:
         following, radix = 0, 1
         met: dict[int, bool] = {}
         for inf, waits in self._waits.items():
@@ -315,5 +322,5 @@ def _as_small_arrays(
             for group in groups[letters]:
                 row[group], seen[group] = target, mark
     words = np.array(marks if state_marks is None else state_marks, dtype=np.int64)
-    signs = np.array([words >> i & 1 for i in range(2 * n_pairs)], dtype=np.bool_)
+    signs = (words >> np.arange(2 * n_pairs).reshape(-1, *[1] * words.ndim) & 1).astype(np.bool_)
     return block_of, np.array(rows, dtype=np.int32), signs[n_pairs:], signs[:n_pairs]

@@ -52,14 +52,15 @@ def letters_of(formula: Formula, aps: tuple[str, ...], possible: Possible | None
     numbers = LetterNumbers(aps, possible)
     truth: dict[Formula, int] = {}
     maximal: dict[Formula, None] = {}
-    for f in postorder(formula):
+    nodes = list(postorder(formula))
+    for f in nodes:
         if type(f) in _BOOLEAN and all(arg in truth for arg in f.args):
             check_time()
             truth[f] = _truth(f, truth, numbers)
             maximal[f] = None
             for arg in f.args:
                 maximal.pop(arg, None)
-    for f in postorder(formula):
+    for f in nodes:
         if f not in truth:
             maximal.update((arg, None) for arg in f.args if arg in truth)
     letter_class, sets = grouped([truth[f] for f in maximal], numbers.size)

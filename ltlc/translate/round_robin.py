@@ -66,7 +66,7 @@ def by_turns(skeleton: Skeleton, components: Sequence[Component], budget: Budget
         budget: for what is explored to count states.
     """
     joined = list(components)
-    for kind in (_together, _alternatives):
+    for kind in (_together, _alternatives) if len(joined) > 1 else ():
         for group in kind(skeleton, joined):
             parts = [joined[i] for i in group]
             rounds = RoundRobin([part.component if isinstance(part, Complement) else part for part in parts])
