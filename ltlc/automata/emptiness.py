@@ -188,16 +188,15 @@ def _parts_of_list(
 def _masks(edges: MarkedGraph, within: Sequence[int]) -> list[list[tuple[int, int]]]:
     """Per node, (marks, targets) for each set of marks on its edges: targets are a bit mask of places in `within`."""
     if len(within) == len(edges):
-        place: Sequence[int] | Mapping[int, int] = range(len(edges))
+        bit: Sequence[int] | Mapping[int, int] = [1 << i for i in range(len(edges))]
     else:
-        inside = place = {node: i for i, node in enumerate(within)}
+        inside = bit = {node: 1 << i for i, node in enumerate(within)}
         edges = [[edge for edge in edges[node] if edge[0] in inside] for node in within]
-    bit = [1 << i for i in range(len(within))]
     rows = []
     for row in edges:
         targets: dict[int, int] = {}
         for target, marks in row:
-            targets[marks] = targets.get(marks, 0) | bit[place[target]]
+            targets[marks] = targets.get(marks, 0) | bit[target]
         rows.append(list(targets.items()))
     return rows
 
