@@ -221,7 +221,7 @@ class DRA(Output):
         """Whether `languages` are known, so that asking for them costs nothing."""
         return self.known_languages is not None or "languages" in vars(self)
 
-    @property
+    @cached_property
     def n_languages(self) -> int:
         """Number of different `languages`; no deterministic automaton for the same language has fewer states."""
         return int(self.languages.max()) + 1
