@@ -124,9 +124,10 @@ def _least_letter(move: tuple[int, object, int]) -> int:
     return move[0] & -move[0]
 
 
-def complement(automaton: EmersonLei) -> EmersonLei:
-    """The automaton of the words that are not accepted."""
-    return EmersonLei(automaton.edges, tuple(map(negation, automaton.acceptance)), alike=automaton.alike)
+def complement(automaton: EmersonLei, limit: int | None = None) -> EmersonLei:
+    """The automaton of the words that are not accepted; `limit` of clauses as in `simplify`."""
+    negated = {condition: negation(condition, limit) for condition in dict.fromkeys(automaton.acceptance)}
+    return EmersonLei(automaton.edges, tuple([negated[c] for c in automaton.acceptance]), alike=automaton.alike)
 
 
 def localized(automaton: EmersonLei) -> EmersonLei:

@@ -98,9 +98,11 @@ _ALL = (
     ),
     Construction(
         "safra",
-        "Any formula: tableau to a generalized Buchi automaton, determinized by ordered Safra trees.",
+        "Any formula: tableau to a generalized Buchi automaton, reduced by simulation, determinized by ordered Safra"
+        " trees, apart for each strong component.",
         "Couvreur, FM 1999, doi 10.1007/3-540-48119-2_16; Safra, FOCS 1988, doi 10.1109/SFCS.1988.21948; Piterman,"
-        " LMCS 3(3) 2007, doi 10.2168/LMCS-3(3:5)2007",
+        " LMCS 3(3) 2007, doi 10.2168/LMCS-3(3:5)2007; Li et al., CAV 2022, doi"
+        " 10.1007/978-3-031-13188-2_8",
         _safra,
         {"low": 1, "high": 1},
     ),

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from contextlib import suppress
 from functools import reduce
 
-from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance
-from ltlc.automata.emerson_lei import EmersonLei, complement, reduced
+from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, TooManyClausesError
+from ltlc.automata.emerson_lei import EmersonLei, complement, localized, reduced
 from ltlc.budget import Budget, check_time
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Component, Finite, Successors
 from ltlc.translate.product import Skeleton, antichain
+
+_MAX_CLAUSES = 16
+"""A condition with more clauses is not worth the states that it saves."""
 
 
 def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, list[Component]]:
@@ -128,4 +132,10 @@ def safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
 
 def dual_safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
     """Tableau and Safra trees for the negation, then the complement."""
-    return complement(safra(closure, closure.negation(node), budget))
+    from ltlc.translate.safra import determinize
+    from ltlc.translate.tableau import tableau
+
+    negation = tableau(closure, closure.negation(node), budget)
+    with suppress(TooManyClausesError):
+        return complement(localized(determinize(negation, budget)), _MAX_CLAUSES)
+    return complement(determinize(negation, budget, apart=False))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 
 from ltlc.automata import DRA
+from ltlc.automata.buchi import BuchiAutomaton
+from ltlc.automata.emerson_lei import LetterEdge
 from ltlc.automata.rabin import AcceptanceKind
 
 Lasso = tuple[tuple[int, ...], tuple[int, ...]]
@@ -59,3 +62,15 @@ def random_lassos(rng: np.random.Generator, n_letters: int, count: int) -> list[
         return tuple(rng.integers(0, n_letters, rng.integers(least, most + 1)).tolist())
 
     return [(letters(0, 4), letters(1, 8)) for _ in range(count)]
+
+
+def random_buchi(rng: random.Random) -> BuchiAutomaton:
+    """A nondeterministic automaton with at most 4 states, 3 letters and 3 acceptance sets."""
+    n_letters, n_states, n_sets = rng.randint(1, 3), rng.randint(1, 4), rng.randint(0, 3)
+
+    def edge() -> LetterEdge:
+        marks = sum(1 << i for i in range(n_sets) if rng.random() < 0.4)
+        return LetterEdge(rng.randrange(1, 1 << n_letters), rng.randrange(n_states), marks)
+
+    edges = tuple(tuple(edge() for _ in range(rng.randint(0, 3))) for _ in range(n_states))
+    return BuchiAutomaton(n_letters, tuple(range(rng.randint(1, n_states))), edges, n_sets)

@@ -9,6 +9,7 @@ from itertools import combinations
 import pytest
 from closures import accepts, letters_of, random_closures
 from formula_of_node import closure_of, unlimited
+from random_automata import random_buchi
 from random_ltl import random_formula, random_nesting, random_word
 
 from ltlc.automata import equivalent_states
@@ -17,7 +18,6 @@ from ltlc.automata.acceptance import (
     NEVER,
     holds,
 )
-from ltlc.automata.buchi import BuchiAutomaton
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, complement, localized, minimized_weak, reduced
 from ltlc.automata.rabin_pairs import to_rabin
 from ltlc.budget import Budget
@@ -51,17 +51,6 @@ def test_the_tableau_accepts_the_models() -> None:
             assert automaton.accepts(*letters_of(closure, word)) == satisfies(formula, word), f"{formula} on {word}"
 
 
-def random_buchi(rng: random.Random) -> BuchiAutomaton:
-    n_letters, n_states, n_sets = rng.randint(1, 3), rng.randint(1, 4), rng.randint(0, 3)
-
-    def edge() -> LetterEdge:
-        marks = sum(1 << i for i in range(n_sets) if rng.random() < 0.4)
-        return LetterEdge(rng.randrange(1, 1 << n_letters), rng.randrange(n_states), marks)
-
-    edges = tuple(tuple(edge() for _ in range(rng.randint(0, 3))) for _ in range(n_states))
-    return BuchiAutomaton(n_letters, tuple(range(rng.randint(1, n_states))), edges, n_sets)
-
-
 @pytest.mark.slow
 def test_determinization_keeps_the_language() -> None:
     """Random nondeterministic automata reach corners that tableaux do not."""
@@ -72,13 +61,14 @@ def test_determinization_keeps_the_language() -> None:
         letters = (1 << automaton.n_letters) - 1
         deterministic = determinize(automaton, Budget("random", 100_000))
         assert_complete(deterministic, letters)
-        forms = [deterministic, localized(deterministic), reduced(deterministic)]
+        together = determinize(automaton, Budget("random", 100_000), apart=False)
+        forms = [deterministic, localized(deterministic), reduced(deterministic), together]
         for _ in range(15):
             prefix = [rng.randrange(automaton.n_letters) for _ in range(rng.randint(0, 4))]
             cycle = [rng.randrange(automaton.n_letters) for _ in range(rng.randint(1, 6))]
             truth = automaton.accepts(prefix, cycle)
             verdicts[truth] += 1
-            assert [accepts(form, prefix, cycle) for form in forms] == [truth] * 3, (automaton, prefix, cycle)
+            assert [accepts(form, prefix, cycle) for form in forms] == [truth] * 4, (automaton, prefix, cycle)
             assert accepts(complement(deterministic), prefix, cycle) != truth
     assert min(verdicts.values()) > 1000
 
