@@ -37,6 +37,7 @@ from ltlc.translate.constructions import CONSTRUCTIONS, Construction
 from ltlc.translate.letters import Letters
 from ltlc.translate.options import Options
 from ltlc.translate.problem import (
+    OF_THE_WHOLE,
     PATIENCE,
     SLACK,
     Problem,
@@ -49,10 +50,10 @@ from ltlc.translate.problem import (
 )
 
 _DEFAULTS = Options()
-_ROUNDS = (500, 10_000)
-"""of states: all constructions are tried with few, before the first one is tried with many;"""
+_ROUNDS = (500, 2_000, 10_000)
+"""of states: all constructions are tried with few, before one is tried with many;"""
 _FIRST = 4
-"""the first one may have this many times as many, since it wins most often."""
+"""the first one may have this many times as many, since it wins most often; in later rounds it is the last one."""
 _HOPELESS = 1.25
 """A candidate with this many times the states of the best one,"""
 _CLOSE = 4
@@ -181,16 +182,18 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     closure = problem.closure(budget)
     pristine: Closure | None = closure
     names = worth_trying(closure, problem.options)
-    further = partial(worth_trying_if_large, closure, problem.options)
+    further = partial(_further, problem, closure, budget)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
         for limit in (*rounds, budget.max_states):
             best: Candidate | None = None
             postponed: list[Candidate] = []
-            waiting = [(name, problem) for name in names]
+            waiting = [(name, problem.undivided(budget) if name in OF_THE_WHOLE else problem) for name in names]
+            if rounds[:1] != [limit]:
+                waiting.append(waiting.pop(0))
             while waiting:
                 name, task = waiting.pop(0)
-                is_promising = name == names[0]
+                is_promising = name == names[0] and task is problem
                 cap, closure = limit * _FIRST if is_promising else limit, pristine or task.closure(budget)
                 pristine = None
                 if best is not None and problem.options.effort != "best":
@@ -203,7 +206,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     check_time()
                     if is_promising and found.automaton.n_states > _LARGE and further():
                         postponed.append(found)
-                        waiting[:0] = [(name, problem.undivided(budget)) for name in further()]
+                        waiting[:0] = further()
                         continue
                     best = _tried(found, best, problem, prove=is_first or bool(postponed))
                 except TimeLimitExceeded:
@@ -212,7 +215,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     break
                 except StateLimitExceeded:
                     if is_promising:
-                        waiting[:0] = [(name, problem.undivided(budget)) for name in further()]
+                        waiting[:0] = further()
                     if limit == budget.max_states and best is None and not waiting:
                         raise
                     continue
@@ -224,6 +227,14 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                         best = _tried(found, best, problem, prove=found.automaton is best.automaton)
                 return best
     raise AssertionError("the last round returns or raises")
+
+
+def _further(problem: Problem, closure: Closure, budget: Budget) -> list[tuple[str, Problem]]:
+    """What comes next where the first construction gives many states: others, of the undivided formula."""
+    names = worth_trying_if_large(closure, problem.options)
+    undivided = problem.undivided(budget) if names else problem
+    is_new = undivided is not problem
+    return [(name, undivided) for name in names if is_new or name not in worth_trying(closure, problem.options)]
 
 
 def _tried(found: Candidate, best: Candidate, problem: Problem, *, prove: bool) -> Candidate:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 _BY_PARTS = ("auto", "product")
 """Where parts are translated one by one, the formula is taken apart before."""
+OF_THE_WHOLE = ("safra", "dual-safra")
+"""By what translates it as a whole, the formula is taken as it was before."""
 PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 SLACK = 30

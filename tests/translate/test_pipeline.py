@@ -212,6 +212,13 @@ def test_propositions_keep_their_order_even_if_they_do_not_matter() -> None:
     assert automaton.n_classes == 2
 
 
+def test_what_every_construction_gives_up_is_given_up() -> None:
+    """The normal form comes first here, and among what comes next where the first one has too many states."""
+    text = "F(!((c <-> F(F b M (d xor F c)) xor X(a W !G b)) W b) <-> F(a W c) W (c | !d))"
+    with pytest.raises(StateLimitExceeded):
+        translate(parse(text), Options(max_states=2, timeout=60))
+
+
 def test_deep_formulas_translate() -> None:
     assert build("X " * 200 + "a").n_states == 203
     assert build("F(a & X " * 30 + "F b" + ")" * 30).n_states == 32
