@@ -212,7 +212,7 @@ def _pulled_out(f: Formula) -> Formula | None:
         part = _part(inner, type(f))
         if part is None:
             return None
-        with_part, without = _replaced(inner, part, TRUE), _replaced(inner, part, FALSE)
+        with_part, without = _replaced_outside(inner, part, TRUE), _replaced_outside(inner, part, FALSE)
         if isinstance(f, Always):
             return WeakUntil(without, part) & Always(with_part)
         return StrongRelease(with_part, part) | Eventually(without)
@@ -221,7 +221,7 @@ def _pulled_out(f: Formula) -> Formula | None:
     part = _part(left, operator)
     if part is None:
         return None
-    with_part, without = _replaced(left, part, TRUE), _replaced(left, part, FALSE)
+    with_part, without = _replaced_outside(left, part, TRUE), _replaced_outside(left, part, FALSE)
     match f:
         case WeakUntil():
             return WeakUntil(without, right | part) & WeakUntil(with_part, right)
@@ -240,6 +240,20 @@ def _part(formula: Formula, operator: type[Formula]) -> Formula | None:
     if isinstance(formula, _BOOLEAN):
         return next((part for arg in formula.args if (part := _part(arg, operator)) is not None), None)
     return None
+
+
+def _replaced_outside(formula: Formula, part: Formula, value: Formula) -> Formula:
+    """The formula, simplified, with a part replaced where it is not inside of a temporal operator.
+
+    Inside of one, the part speaks of other positions, at which it may have another value.
+    """
+
+    def replaced(node: Formula) -> Formula:
+        if node == part:
+            return value
+        return node.with_args(tuple(map(replaced, node.args))) if isinstance(node, _BOOLEAN) else node
+
+    return simplify(replaced(formula))
 
 
 def _replaced(formula: Formula, part: Formula, value: Formula) -> Formula:

@@ -9,7 +9,7 @@ from formula_of_node import closure_of
 from random_ltl import random_formula, random_word
 
 from ltlc.automata.rabin import AcceptanceKind
-from ltlc.ltl import parse, satisfies, simplify
+from ltlc.ltl import parse, parse_word, satisfies, simplify
 from ltlc.translate import Options, translate
 from ltlc.translate.limits import in_the_limit
 from ltlc.translate.mixtures import without_mixtures
@@ -31,6 +31,39 @@ def test_formulas_without_mixtures_mean_the_same_and_are_low_in_the_hierarchy() 
             word = random_word(rng)
             assert satisfies(result, word) == satisfies(formula, word), f"{formula} on {word}, as {result}"
     assert changed > 40
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("F(F a & G(F a | b))", "a; cycle{!a & !b}"),
+        ("F(F a & F a W b)", "!a; a; cycle{!a & !b}"),
+    ],
+)
+def test_a_part_inside_of_another_operator_is_not_pulled_out(text: str, word: str) -> None:
+    formula = simplify(parse(text))
+    assert satisfies(without_mixtures(formula), parse_word(word)) == satisfies(formula, parse_word(word))
+
+
+@pytest.mark.slow
+def test_a_part_pulled_out_of_formulas_that_repeat_it() -> None:
+    rng = random.Random(42)
+    changed = 0
+    for _ in range(300):
+        for frame in (
+            "F(F a & ({}) R ({}))",
+            "G(G a | ({}) U ({}))",
+            "(F a & X G({})) R ({})",
+            "(G a | X F({})) U ({})",
+        ):
+            formula = in_the_limit(simplify(parse(frame.format(random_formula(rng, 3), random_formula(rng, 6)))))
+            result = without_mixtures(formula)
+            if result is not formula:
+                changed += 1
+                for _ in range(12):
+                    word = random_word(rng)
+                    assert satisfies(result, word) == satisfies(formula, word), f"{formula} on {word}, as {result}"
+    assert changed > 100
 
 
 @pytest.mark.parametrize("text", ["G(a | F b)", "a U G b", "G F a | F G b", "G a & F(b & X c)"])
