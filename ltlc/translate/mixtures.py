@@ -81,12 +81,13 @@ def without_mixtures(formula: Formula) -> Formula:
                 if rewriting.is_low(result):
                     found.append(result if start is formula else nnf(Not(result)))
         if found:
-            best = min(found, key=_n_nodes)
-            return best if _n_nodes(best) <= _MAX_GROWTH * _n_nodes(formula) else formula
+            best = min(found, key=n_nodes)
+            return best if n_nodes(best) <= _MAX_GROWTH * n_nodes(formula) else formula
     return formula
 
 
-def _n_nodes(formula: Formula) -> int:
+def n_nodes(formula: Formula) -> int:
+    """How many different subformulas it has."""
     return sum(1 for _ in postorder(formula))
 
 

@@ -53,7 +53,8 @@ _DEFAULTS = Options()
 _ROUNDS = (500, 2_000, 10_000)
 """of states: all constructions are tried with few, before one is tried with many;"""
 _FIRST = 4
-"""the first one may have this many times as many, since it wins most often; in later rounds it is the last one."""
+"""the first one may have this many times as many, since it wins most often; in later rounds it is the last one.
+It is that in all rounds, with as few, where the formula has grown when it was taken apart."""
 _HOPELESS = 1.25
 """A candidate with this many times the states of the best one,"""
 _CLOSE = 4
@@ -181,7 +182,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     """
     closure = problem.closure(budget)
     pristine: Closure | None = closure
-    names = worth_trying(closure, problem.options)
+    names, grown = worth_trying(closure, problem.options), problem.has_grown
     further = partial(_further, problem, closure, budget)
     rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
@@ -189,13 +190,16 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
             best: Candidate | None = None
             postponed: list[Candidate] = []
             waiting = [(name, problem.undivided(budget) if name in OF_THE_WHOLE else problem) for name in names]
-            if rounds[:1] != [limit]:
+            if rounds[:1] != [limit] or grown:
                 waiting.append(waiting.pop(0))
             while waiting:
                 name, task = waiting.pop(0)
                 is_promising = name == names[0] and task is problem
-                cap, closure = limit * _FIRST if is_promising else limit, pristine or task.closure(budget)
-                pristine = None
+                cap = limit * _FIRST if is_promising and not grown else limit
+                if task is problem and pristine is not None:
+                    closure, pristine = pristine, None
+                else:
+                    closure = task.closure(budget)
                 if best is not None and problem.options.effort != "best":
                     cap = min(limit, PATIENCE * best.automaton.n_states + SLACK)
                 try:

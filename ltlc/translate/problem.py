@@ -13,7 +13,7 @@ from ltlc.translate.closure import Closure
 from ltlc.translate.constructions import CONSTRUCTIONS, Construction, FormulaKind, in_portfolio
 from ltlc.translate.letters import Letters, letters_of
 from ltlc.translate.limits import in_the_limit
-from ltlc.translate.mixtures import is_low, without_mixtures
+from ltlc.translate.mixtures import is_low, n_nodes, without_mixtures
 from ltlc.translate.options import Options
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ _BY_PARTS = ("auto", "product")
 """Where parts are translated one by one, the formula is taken apart before."""
 OF_THE_WHOLE = ("safra", "dual-safra")
 """By what translates it as a whole, the formula is taken as it was before."""
+_MUCH = 2
+"""A formula has grown if it has more times as many subformulas after it was taken apart."""
 PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
 SLACK = 30
@@ -49,6 +51,11 @@ class Problem(NamedTuple):
         if self.memory is None:
             return Closure(self.formula, self.letters, budget)
         return Closure(self.memory.future, self.memory.letters, budget)
+
+    @property
+    def has_grown(self) -> bool:
+        """Whether the formula became much larger when it was taken apart."""
+        return self.formula is not self.whole and n_nodes(self.formula) > _MUCH * n_nodes(self.whole)
 
     def undivided(self, budget: Budget) -> Problem:
         """The problem of the formula as it was before it was taken apart, which can have made it large."""
