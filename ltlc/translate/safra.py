@@ -174,10 +174,19 @@ class _Trees:
         self._leave_out(best)
         marks = 0
         ages: list[dict[int, int]] = []
-        waits_after = []
+        waits_after: list[tuple[int, ...]] = []
+        members: dict[int, dict[int, Path]] = {}
+        for q, path in best.items():
+            if path:
+                members.setdefault(self._forest[self._component[q]], {})[q] = path
         for forest, old in enumerate(waits):
-            inside = {q: path for q, path in best.items() if self._forest.get(self._component[q], -1) == forest}
-            self._join_roots(inside, len(old))
+            inside = members.get(forest)
+            if inside is None:  # mostly
+                marks |= 1 << forest if old else 0
+                ages.append({})
+                waits_after.append(())
+                continue
+            self._join_roots(inside)
             alive, awaited, priority = self._cleared(inside, list(old))
             best.update(inside)
             if priority is not None:
@@ -210,7 +219,7 @@ class _Trees:
                 present ^= 1 << q
                 break
 
-    def _join_roots(self, inside: dict[int, Path], n_old: int) -> None:
+    def _join_roots(self, inside: dict[int, Path]) -> None:
         """In a component all of whose cycles accept, those that wait for the oldest root to die wait together."""
         roots: dict[int, set[int]] = {}
         for q, path in inside.items():
