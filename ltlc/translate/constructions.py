@@ -15,9 +15,10 @@ from ltlc.translate.decomposition import decompose, dual_safra, safra
 from ltlc.translate.product import combine
 from ltlc.translate.round_robin import by_turns
 
-FormulaKind = Literal["fair", "low", "high", "large"]
-"""Obligations with fairness conditions, and single G F f or F G f; other Boolean combinations of recurrence and
-persistence; all others. Large are, besides, those whose first automaton has many states, but for the first kind."""
+FormulaKind = Literal["fair", "low", "mixed", "high", "large"]
+"""Obligations with fairness conditions, and single G F f or F G f; other Boolean combinations of recurrence or of
+persistence, and of both; all others. Large are, besides, those whose first automaton has many states, but for the first
+kind."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ _ALL = (
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743; Mueller and Sickert, GandALF 2017, doi"
         " 10.4204/EPTCS.256.13; Casares et al., TACAS 2022, doi 10.1007/978-3-030-99527-0_6",
         _product,
-        {"fair": 0, "low": 0, "high": 3},
+        {"fair": 0, "low": 0, "mixed": 0, "high": 3},
     ),
     Construction(
         "normal-form",

@@ -198,9 +198,9 @@ class Nodes:
         inner, parts, _ = self.nodes[args[0]]
         return inner == _DUAL[kind] and self.nodes[parts[0]].kind != ("|" if kind == "G" else "&")
 
-    def is_low(self, node: int) -> bool:
-        """Whether the node is a Boolean combination of sigma2 and pi2 subformulas, in shape."""
-        return self._is_combination(node, lambda part: bool(self.level(part)))
+    def is_low(self, node: int, side: str = "") -> bool:
+        """Whether the node is a Boolean combination of sigma2 and pi2 subformulas, in shape; or of one side of them."""
+        return self._is_combination(node, lambda part: self.level(part).startswith(side or ("sigma", "pi")))
 
     def _is_combination(self, node: int, holds: Callable[[int], bool]) -> bool:
         """Whether it is a Boolean combination of nodes for which that holds; each is asked once."""

@@ -53,8 +53,10 @@ _DEFAULTS = Options()
 _ROUNDS = (500, 2_000, 10_000)
 """of states: all constructions are tried with few, before one is tried with many;"""
 _FIRST = 4
-"""the first one may have this many times as many, since it wins most often; in later rounds it is the last one.
-It is that in all rounds, with as few, where the formula has grown when it was taken apart."""
+"""the first one may have this many times as many, since it wins most often; in later rounds it is the last one."""
+_FEW = 60
+"""Where the formula has grown when it was taken apart, there is a round of so few before, and the first one has no more
+than others: what is large takes long for each state."""
 _HOPELESS = 1.25
 """A candidate with this many times the states of the best one,"""
 _CLOSE = 4
@@ -184,13 +186,13 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     pristine: Closure | None = closure
     names, grown = worth_trying(closure, problem.options), problem.has_grown
     further = partial(_further, problem, closure, budget)
-    rounds = [n for n in _ROUNDS if n < budget.max_states] if len(names) > 1 else []
+    rounds = [n for n in (_FEW, *_ROUNDS)[not grown :] if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
         for limit in (*rounds, budget.max_states):
             best: Candidate | None = None
             postponed: list[Candidate] = []
             waiting = [(name, problem.undivided(budget) if name in OF_THE_WHOLE else problem) for name in names]
-            if rounds[:1] != [limit] or grown:
+            if rounds[:1] != [limit]:
                 waiting.append(waiting.pop(0))
             while waiting:
                 name, task = waiting.pop(0)

@@ -28,7 +28,7 @@ _MUCH = 2
 """A formula has grown if it has more times as many subformulas after it was taken apart."""
 PATIENCE = 2
 """A further construction is given up once it has this many times the states of the best automaton so far,"""
-SLACK = 30
+SLACK = 14
 """plus these."""
 
 
@@ -109,7 +109,10 @@ def _kind(closure: Closure, options: Options) -> FormulaKind:
     root = closure.root
     if options.effort == "default" and (closure.is_fair_obligation(root) or closure.is_limit(root)):
         return "fair"
-    return "low" if closure.is_low(root) else "high"
+    if not closure.is_low(root):
+        return "high"
+    one_side = closure.is_low(root, "sigma") or closure.is_low(root, "pi")
+    return "low" if one_side or options.effort == "best" else "mixed"
 
 
 def check_known(translator: str) -> None:
