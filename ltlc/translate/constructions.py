@@ -105,14 +105,14 @@ _ALL = (
         " LMCS 3(3) 2007, doi 10.2168/LMCS-3(3:5)2007; Li et al., CAV 2022, doi"
         " 10.1007/978-3-031-13188-2_8",
         _safra,
-        {"low": 1, "high": 1},
+        {"low": 1, "mixed": 1, "high": 1},
     ),
     Construction(
         "dual-safra",
         "Any formula: tableau and Safra trees for its negation, then the complement.",
         "as safra; Schewe and Varghese, ATVA 2012, doi 10.1007/978-3-642-33386-6_5",
         _dual_safra,
-        {"low": 2, "high": 2},
+        {"low": 2, "mixed": 2, "high": 2},
     ),
 )
 

@@ -43,6 +43,7 @@ from ltlc.translate.problem import (
     Problem,
     built,
     check_known,
+    first_is_best_if_small,
     problem_of,
     too_deep,
     worth_trying,
@@ -61,8 +62,9 @@ _HOPELESS = 1.25
 """A candidate with this many times the states of the best one,"""
 _CLOSE = 4
 """and these, is not tried to be merged into fewer: that never helped."""
-_LARGE = 100
-"""With more states than this, the automaton of the first construction waits for those of the undivided formula."""
+_LARGE, _SMALL = 100, 20
+"""With more states than the first number, the automaton of the first construction waits for those of the undivided
+formula; with no more than the second one, it is good enough for some."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -185,6 +187,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     closure = problem.closure(budget)
     pristine: Closure | None = closure
     names, grown = worth_trying(closure, problem.options), problem.has_grown
+    suffices = first_is_best_if_small(closure, problem.options)
     further = partial(_further, problem, closure, budget)
     rounds = [n for n in (_FEW, *_ROUNDS)[not grown :] if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
@@ -225,7 +228,7 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if limit == budget.max_states and best is None and not waiting:
                         raise
                     continue
-                if best.smallest:
+                if best.smallest or (suffices and is_promising and found.automaton.n_states <= _SMALL):
                     break
             if best is not None:
                 with suppress(TimeLimitExceeded):

@@ -105,6 +105,11 @@ def worth_trying_if_large(closure: Closure, options: Options) -> tuple[str, ...]
     return in_portfolio("large")
 
 
+def first_is_best_if_small(closure: Closure, options: Options) -> bool:
+    """Whether no other construction is worth trying where the first one gives few states."""
+    return _kind(closure, options) == "mixed"
+
+
 def _kind(closure: Closure, options: Options) -> FormulaKind:
     root = closure.root
     if options.effort == "default" and (closure.is_fair_obligation(root) or closure.is_limit(root)):
