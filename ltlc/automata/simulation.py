@@ -20,7 +20,10 @@ from ltlc.automata.emerson_lei import LetterEdge, merged
 from ltlc.budget import check_time
 from ltlc.graph import bits
 
-Edges = tuple[tuple[LetterEdge, ...], ...]
+_MAX_WORK = 1 << 18
+"""Steps of a search for simulations, some hundredths of a second; where more would be needed, it is given up."""
+_MANY = 64
+"""A move that is compared with more others than this asks for the time."""
 
 
 def reduced_buchi(automaton: BuchiAutomaton) -> BuchiAutomaton:
@@ -123,12 +126,17 @@ def reverse_simulation(automaton: BuchiAutomaton) -> list[int]:
 
 
 def _simulation(edges: Sequence[Sequence[LetterEdge]], above: list[int]) -> list[int]:
-    """The largest simulation within a relation that is reflexive and transitive."""
+    """The largest simulation within a relation that is reflexive and transitive; equality, if that is too much work."""
     kinds = {edge.marks for out in edges for edge in out}
+    if len(kinds) ** 2 > _MAX_WORK:
+        return _equality(len(edges))
     # Per letter and marks: for each state, those with a move to it that has all of these marks.
     sources: dict[tuple[int, int], dict[int, int]] = {}
-    letters_of = {letters: bits(letters) for letters in {edge.letters for out in edges for edge in out}}
     covered = {marks: [kind for kind in kinds if not kind & ~marks] for marks in kinds}
+    work = sum(e.letters.bit_count() * len(covered[e.marks]) for out in edges for e in out)
+    if work > _MAX_WORK:
+        return _equality(len(edges))
+    letters_of = {letters: bits(letters) for letters in {edge.letters for out in edges for edge in out}}
     for q, out in enumerate(edges):
         check_time()
         for letters, target, marks in out:
@@ -140,16 +148,20 @@ def _simulation(edges: Sequence[Sequence[LetterEdge]], above: list[int]) -> list
 
     def answering(edge: LetterEdge) -> int:
         """The states that can answer a move on each of its letters."""
-        able = -1
+        nonlocal work
+        able, targets = -1, above[edge.target]
         for letter in letters_of[edge.letters]:
-            key = (letter, edge.target, edge.marks)
+            key = (letter, edge.marks, targets)
             known = answers.get(key)
             if known is None:
                 known, of_target = 0, sources[letter, edge.marks]
-                for target in bits(above[edge.target]):
-                    known |= of_target.get(target, 0)
+                work += len(of_target)
+                for target, states in of_target.items():
+                    if targets >> target & 1:
+                        known |= states
                 answers[key] = known
             able &= known
+        work += len(letters_of[edge.letters])
         return able
 
     todo = list(range(len(edges)))
@@ -161,11 +173,17 @@ def _simulation(edges: Sequence[Sequence[LetterEdge]], above: list[int]) -> list
             left = above[q]
             for edge in edges[q]:
                 left &= answering(edge)
+                if work > _MAX_WORK:
+                    return _equality(len(edges))
             if left != above[q]:
                 above[q] = left
                 changed |= 1 << q
         todo = [q for q, out in enumerate(edges) if any(changed >> edge.target & 1 for edge in out)]
     return above
+
+
+def _equality(n_states: int) -> list[int]:
+    return [1 << q for q in range(n_states)]
 
 
 def _merged_alike(automaton: BuchiAutomaton, above: list[int], *, forwards: bool) -> BuchiAutomaton:
@@ -185,13 +203,19 @@ def _merged_alike(automaton: BuchiAutomaton, above: list[int], *, forwards: bool
 def _undominated(moves: Iterable[tuple[int, int, int]], better: dict[int, int]) -> tuple[LetterEdge, ...]:
     """Without the letters on which another move has the same marks or more, and the same target or a better one."""
     edges = merged(moves)
+    to: dict[int, list[LetterEdge]] = {}
+    for edge in edges:
+        to.setdefault(edge.target, []).append(edge)
     kept = []
     for edge in edges:
         letters, above = edge.letters, better.get(edge.target, 0)
-        for other in edges:
-            if not edge.marks & ~other.marks and (
-                above >> other.target & 1 or (other.target == edge.target and other.marks != edge.marks)
-            ):
+        rivals = [other for other in to[edge.target] if other.marks != edge.marks]
+        for target in to if above else ():
+            rivals += to[target] if above >> target & 1 else ()
+        if len(rivals) > _MANY:
+            check_time()
+        for other in rivals:
+            if not edge.marks & ~other.marks:
                 letters &= ~other.letters
         if letters:
             kept.append(edge._replace(letters=letters))

@@ -64,3 +64,18 @@ def test_states_of_equal_past_are_merged() -> None:
         (LetterEdge(1, 4, 1),),
     )
     assert reduced_buchi(BuchiAutomaton(2, (0,), edges, 1)).n_states == 4
+
+
+def test_no_simulation_is_looked_for_where_that_takes_too_long() -> None:
+    """Two moves per letter set of a half of 65536 letters, to a state and its twin."""
+    n_letters, n = 1 << 16, 24
+    everything = (1 << n_letters) - 1
+    halves = [everything // ((1 << (1 << i)) + 1) for i in range(n // 2)]
+
+    def moves(letters: int, q: int) -> tuple[LetterEdge, ...]:
+        return LetterEdge(letters, (q + 2) % n, 1), LetterEdge(letters, (q + 3) % n, 0)
+
+    large = tuple(moves(halves[q // 2], q) for q in range(n))
+    assert simulation(BuchiAutomaton(n_letters, (0, 1), large, 1)) == [1 << q for q in range(n)]
+    small = tuple(moves(1, q) for q in range(n))
+    assert simulation(BuchiAutomaton(1, (0, 1), small, 1)) == [(1 << n) - 1] * n
