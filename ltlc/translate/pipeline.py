@@ -187,7 +187,6 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
     closure = problem.closure(budget)
     pristine: Closure | None = closure
     names, grown = worth_trying(closure, problem.options), problem.has_grown
-    suffices = first_is_best_if_small(closure, problem.options)
     further = partial(_further, problem, closure, budget)
     rounds = [n for n in (_FEW, *_ROUNDS)[not grown :] if n < budget.max_states] if len(names) > 1 else []
     with ExitStack() as spare:
@@ -228,7 +227,8 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if limit == budget.max_states and best is None and not waiting:
                         raise
                     continue
-                if best.smallest or (suffices and is_promising and found.automaton.n_states <= _SMALL):
+                is_small = is_promising and found.automaton.n_states <= _SMALL
+                if best.smallest or (is_small and first_is_best_if_small(closure, problem.options)):
                     break
             if best is not None:
                 with suppress(TimeLimitExceeded):
