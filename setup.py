@@ -33,6 +33,7 @@ COMPILED = {
         "partition",
         "rabin_pairs",
         "rabin_type",
+        "simulation",
     ),
     "ltlc/minimize": ("collapse", "lower_bound", "merge_by_trial", "reduce", "residuals", "state_based"),
     "ltlc/translate": (

@@ -96,7 +96,7 @@ class DQNConfig(OffPolicyConfig):
             advantage learning keeps outputs apart, little is lost. 0, and where outputs are not squashed: the best
             action (thesis). None: 0.1; where observations are not numbered and episodes fail at that when the training
             is over, 0 and 0.3 are tried, too, in the training's environment, and the one that surely does better is
-            taken. Each is tried for a tenth of `total_steps` at most, and these steps are not counted.
+            taken. Each is tried for a fifth of `total_steps` at most, and these steps are not counted.
         ladder: sub-environment i of n explores with probability epsilon^(1 + ladder * i / (n - 1)), so that some follow
             the policy to where it leads and others stray, >= 0; 0: all with epsilon (thesis).
         persistence: in every second sub-environment an exploring action is kept for a random number of steps, n of them

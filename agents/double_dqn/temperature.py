@@ -16,7 +16,7 @@ from .config import DRAWN
 
 _OTHERS = (0.0, 0.3)
 """those tried where episodes fail at that one: what has to be balanced forgives no drawing, a wide world much of it."""
-_EPISODES, _PART, _SURE = 100, 10, 2.0
+_EPISODES, _PART, _SURE = 100, 5, 2.0
 """episodes that are enough; part of a training's steps that a temperature is tried for at most; and by how many
 standard deviations another one has to be better."""
 
@@ -55,7 +55,8 @@ def try_temperatures(
 ) -> list[Trial]:
     """Try temperatures in the environment, others than `DRAWN` only where episodes fail at it.
 
-    The steps for that are no part of the training, and a tenth of it at most for each temperature.
+    The steps for that are no part of the training, and a fifth of it at most for each temperature. Whole episodes are
+    tried, since those that are cut would speak for what is quick.
 
     Args:
         at: gives the agent a temperature, and returns it.
@@ -65,16 +66,17 @@ def try_temperatures(
         stop: whether to give up.
 
     Returns:
-        The one to take first; nothing where it was given up, or there are too few steps for one in each copy.
+        The one to take first; nothing where it was given up, or there are too few steps for an episode of each copy.
     """
     trials: list[Trial] = []
     for temperature in (DRAWN, *_OTHERS):
         good = _successes(at(temperature), interface, total_steps // _PART // interface.env.num_envs, seed, stop)
-        if good is None or not len(good):
+        if good is None or not (len(good) or trials):
             return []
-        trials.append(Trial(temperature, int(good.sum()), len(good)))
-        if good.all():
-            break
+        if len(good):
+            trials.append(Trial(temperature, int(good.sum()), len(good)))
+            if good.all():
+                break
     first = max(trials, key=lambda trial: (trial is trials[0] or trial.surely_better(trials[0])) * trial.part)
     return [first, *(trial for trial in trials if trial is not first)]
 
@@ -82,7 +84,7 @@ def try_temperatures(
 def _successes(
     agent: ValueAgent, interface: Interface, rounds: int, seed: int, stop: Callable[[], bool]
 ) -> npt.NDArray[np.bool_] | None:
-    """Whether each episode of a policy succeeds, in at most so many steps of each copy; None: it was given up."""
+    """Whether each whole episode of a policy succeeds, in at most so many steps of each copy; None: it was given up."""
     collector, n = Collector(interface, agent.encoder), interface.env.num_envs
     found: list[npt.NDArray[np.bool_]] = []
     agent.reseed(seed)
@@ -98,9 +100,7 @@ def _successes(
             now, decided = _outcome(agent, steps, accepted[who])
             good[who] = np.where(over[who], good[who], now)
             over[who] |= decided
-        if found and not over.all():
-            break  # else a policy that is quick would be cut in what another one does not begin
-        found.append(good)
+        found += [good] if over.all() else []
     return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
 
 

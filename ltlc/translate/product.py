@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
 from functools import reduce
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from ltlc import graph
 from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, Clause, conjunction, disjunction
@@ -28,7 +28,7 @@ Skeleton = tuple[int, ...]
 _MANY = 16
 """A loop over more than so many moves asks for the time itself."""
 ProductState = tuple[Skeleton, tuple[Hashable, ...]]
-_Chain: TypeAlias = "tuple[_Chain, Hashable] | None"
+_Chain: TypeAlias = "tuple[Any, Hashable] | None"  # an alias of itself would crash mypyc
 """Next states of components, the last one outermost: moves share what they have in common."""
 
 _TRUE: Skeleton = (0,)

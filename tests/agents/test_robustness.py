@@ -110,7 +110,9 @@ def test_it_finds_what_is_far() -> None:
     task = ltlc.Task('F "x > 9.5"')
     found = {}
     for weight in (0.0, 0.5):
-        learned = train(plain(task, 8), DQNConfig(total_steps=6000, **(NEAR | {"robustness": weight}))).agent
+        learned = train(
+            plain(task, 8), DQNConfig(total_steps=6000, horizon=100, **(NEAR | {"robustness": weight}))
+        ).agent
         assert learned is not None
         env = ltlc.LTLWrapper(far()(), task, comparisons(task.automaton, VARIABLES), warn_discount=False)
         reached = 0
