@@ -111,7 +111,7 @@ def _outcome(
     tables, at = agent.tables, (steps.state, steps.letter_class)
     least, largest = (part.cpu().numpy() for part in (agent.tensor_tables.least, agent.tensor_tables.largest))
     after, middle = tables.next_state[at], largest.max() / 2
-    won, lost = least[after] > middle, (largest[after] < middle) | (tables.terminal & ~tables.accepted)[at]
+    won, lost = least[after] > middle, (largest[after] <= 0) | (tables.terminal & ~tables.accepted)[at]
     won, lost = won & ~tables.violated[at], lost | tables.violated[at]
     repeated = steps.terminated & (tables.on_termination == "repeat")  # its last letter, for ever
     good = np.where(repeated, tables.final_value[at] > middle, accepted)

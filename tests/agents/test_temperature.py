@@ -127,7 +127,16 @@ def test_a_difference_is_taken_for_more_than_chance_as_often_as_it_should_be() -
 
 
 @pytest.mark.parametrize(
-    "formula", ["F red & G !blue", "GF red", "FG !red", "!blue U red", "F G red | F blue", "G(red -> F blue)"]
+    "formula",
+    [
+        "F red & G !blue",
+        "GF red",
+        "FG !red",
+        "!blue U red",
+        "F G red | F blue",
+        "G(red -> F blue)",
+        "X" * 18 + " F red",
+    ],
 )
 @pytest.mark.parametrize("seed", [0, 1])
 def test_successes_are_those_of_each_episode_by_itself(formula: str, seed: int) -> None:
