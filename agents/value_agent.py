@@ -244,7 +244,16 @@ class ValueAgent(ABC):
         """Learn what is left to be learned when the steps are over."""
 
     def settle(self, interface: Interface, seed: int, stop: Callable[[], bool]) -> str:
-        """Try, until told to stop, what is left open of the policy when all is learned; says what came of it."""
+        """Choose by trial what is left open of the policy, when all is learned.
+
+        Args:
+            interface: of the environment that was learned in, which may be reset.
+            seed: of what is tried.
+            stop: whether to give up, as on Ctrl-C.
+
+        Returns:
+            What came of it, for people; empty where there is nothing to tell.
+        """
         return ""
 
     @abstractmethod
@@ -268,7 +277,11 @@ class ValueAgent(ABC):
 
     @classmethod
     def check(cls, env: LTLVectorWrapper, config: Any) -> Any:
-        """Make the agent once for an environment, which raises what it cannot take; returns as `check_memory` does."""
+        """Make the agent once for an environment, so that wrong input is found; returns what `check_memory` does.
+
+        Raises:
+            LtlcError: the environment, its task and the hyperparameters do not go together.
+        """
         interface = Interface.of(env)
         config, tables = cls.fitted(config, interface)
         agent = cls(interface.space, interface.n_actions, tables, config)

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..training.collect import Collector, Interface
-from ..transitions import TransitionBatch
 from ..value_agent import ValueAgent
 from .config import DRAWN
 
+BoolArray = npt.NDArray[np.bool_]
 _OTHERS = (0.0, 0.3)
 """those tried where episodes fail at that one: what has to be balanced forgives no drawing, a wide world much of it."""
 _EPISODES, _PART, _SURE = 100, 5, 2.0
@@ -27,7 +27,7 @@ class Trial:
 
     Attributes:
         temperature: of the policy.
-        successes: episodes that satisfied; of those that were cut undecided, that accepted at least once.
+        successes: episodes that satisfied; of those that ended undecided, that accepted at least once.
         episodes: all of them.
     """
 
@@ -83,10 +83,11 @@ def try_temperatures(
 
 def _successes(
     agent: ValueAgent, interface: Interface, rounds: int, seed: int, stop: Callable[[], bool]
-) -> npt.NDArray[np.bool_] | None:
+) -> BoolArray | None:
     """Whether each whole episode of a policy succeeds, in at most so many steps of each copy; None: it was given up."""
     collector, n = Collector(interface, agent.encoder), interface.env.num_envs
-    found: list[npt.NDArray[np.bool_]] = []
+    tables, (won, lost, ended) = agent.tables, _outcomes(agent)
+    found: list[BoolArray] = []
     agent.reseed(seed)
     while rounds and n * len(found) < _EPISODES:
         collector.reset(seed + len(found))
@@ -95,24 +96,23 @@ def _successes(
             if stop():
                 return None
             steps, rounds = collector.follow(agent), rounds - 1
-            who = steps.copy
-            accepted[who] |= agent.tables.accepted[steps.state, steps.letter_class]
-            now, decided = _outcome(agent, steps, accepted[who])
-            good[who] = np.where(over[who], good[who], now)
-            over[who] |= decided
+            who, at = steps.copy, (steps.state, steps.letter_class)
+            accepted[who] |= tables.accepted[at]
+            so_far = np.where(steps.terminated & (tables.on_termination == "repeat"), ended[at], accepted[who])
+            good[who] = np.where(over[who], good[who], won[at] | (so_far & ~lost[at]))
+            over[who] |= steps.ended | won[at] | lost[at]
         found += [good] if over.all() else []
     return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
 
 
-def _outcome(
-    agent: ValueAgent, steps: TransitionBatch, accepted: npt.NDArray[np.bool_]
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Whether each episode succeeds if it ends with this step, having accepted or not; and whether that is certain."""
-    tables, at = agent.tables, (steps.state, steps.letter_class)
+def _outcomes(agent: ValueAgent) -> tuple[BoolArray, BoolArray, BoolArray]:
+    """Which steps satisfy surely, which lose surely, and which satisfy if the world ends with them.
+
+    Returns:
+        Each of shape (n_states, n_classes).
+    """
+    tables = agent.tables
     least, largest = (part.cpu().numpy() for part in (agent.tensor_tables.least, agent.tensor_tables.largest))
-    after, middle = tables.next_state[at], largest.max() / 2
-    won, lost = least[after] > middle, (largest[after] <= 0) | (tables.terminal & ~tables.accepted)[at]
-    won, lost = won & ~tables.violated[at], lost | tables.violated[at]
-    repeated = steps.terminated & (tables.on_termination == "repeat")  # its last letter, for ever
-    good = np.where(repeated, tables.final_value[at] > middle, accepted)
-    return won | (good & ~lost), steps.ended | won | lost
+    after, middle = tables.next_state, largest.max() / 2
+    lost = tables.violated | (largest[after] <= 0) | (tables.terminal & ~tables.accepted)
+    return (least[after] > middle) & ~tables.violated, lost, tables.final_value > middle  # its last letter, for ever

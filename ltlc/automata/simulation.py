@@ -45,11 +45,7 @@ def trimmed(automaton: BuchiAutomaton) -> BuchiAutomaton:
     have no marks.
     """
     component = components(automaton)
-    inner: list[list[int]] = [[] for _ in range(max(component) + 1)]
-    for q, out in enumerate(automaton.edges):
-        for edge in out:
-            if component[edge.target] == component[q]:
-                inner[component[q]].append(edge.marks)
+    inner = inner_marks(automaton, component)
     needed = [needed_sets(marks, automaton.n_sets) for marks in inner]
     n_sets = max((len(sets) for sets in needed if sets is not None), default=0)
     if any(sets is None and marks for sets, marks in zip(needed, inner, strict=True)):
@@ -72,6 +68,16 @@ def trimmed(automaton: BuchiAutomaton) -> BuchiAutomaton:
 def components(automaton: BuchiAutomaton) -> list[int]:
     """The strong component of each state, numbered in topological order."""
     return graph.strong_components([[edge.target for edge in out] for out in automaton.edges])
+
+
+def inner_marks(automaton: BuchiAutomaton, component: Sequence[int]) -> list[list[int]]:
+    """The marks of the edges inside each strong component."""
+    inner: list[list[int]] = [[] for _ in range(max(component) + 1)]
+    for q, out in enumerate(automaton.edges):
+        for edge in out:
+            if component[edge.target] == component[q]:
+                inner[component[q]].append(edge.marks)
+    return inner
 
 
 def needed_sets(marks: list[int], n_sets: int) -> list[int] | None:

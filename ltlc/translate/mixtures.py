@@ -213,7 +213,7 @@ def _pulled_out(f: Formula) -> Formula | None:
         part = _part(inner, type(f))
         if part is None:
             return None
-        with_part, without = _replaced_outside(inner, part, TRUE), _replaced_outside(inner, part, FALSE)
+        with_part, without = _replaced_here(inner, part, TRUE), _replaced_here(inner, part, FALSE)
         if isinstance(f, Always):
             return WeakUntil(without, part) & Always(with_part)
         return StrongRelease(with_part, part) | Eventually(without)
@@ -222,7 +222,7 @@ def _pulled_out(f: Formula) -> Formula | None:
     part = _part(left, operator)
     if part is None:
         return None
-    with_part, without = _replaced_outside(left, part, TRUE), _replaced_outside(left, part, FALSE)
+    with_part, without = _replaced_here(left, part, TRUE), _replaced_here(left, part, FALSE)
     match f:
         case WeakUntil():
             return WeakUntil(without, right | part) & WeakUntil(with_part, right)
@@ -243,20 +243,14 @@ def _part(formula: Formula, operator: type[Formula]) -> Formula | None:
     return None
 
 
-def _replaced_outside(formula: Formula, part: Formula, value: Formula) -> Formula:
-    """The formula, simplified, with a part replaced where it is not inside of a temporal operator.
-
-    Inside of one, the part speaks of other positions, at which it may have another value.
-    """
-
-    def replaced(node: Formula) -> Formula:
-        if node == part:
-            return value
-        return node.with_args(tuple(map(replaced, node.args))) if isinstance(node, _BOOLEAN) else node
-
-    return simplify(replaced(formula))
+def _replaced(
+    formula: Formula, part: Formula, value: Formula, within: tuple[type[Formula], ...] | None = None
+) -> Formula:
+    """The formula, simplified, with a part replaced; `within` as in `fold`."""
+    values = {part: value}
+    return simplify(fold(formula, values, lambda node, args: node.with_args(tuple(args)) if args else node, within))
 
 
-def _replaced(formula: Formula, part: Formula, value: Formula) -> Formula:
-    """The formula, simplified, with a part replaced."""
-    return simplify(fold(formula, {part: value}, lambda node, args: node.with_args(tuple(args)) if args else node))
+def _replaced_here(formula: Formula, part: Formula, value: Formula) -> Formula:
+    """The same, but not inside of temporal operators, where the part speaks of positions at which it may differ."""
+    return _replaced(formula, part, value, _BOOLEAN)

@@ -32,7 +32,7 @@ from collections import Counter
 from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.automata.buchi import BuchiAutomaton
 from ltlc.automata.emerson_lei import EmersonLei, explore
-from ltlc.automata.simulation import components, needed_sets, reduced_buchi, simulation
+from ltlc.automata.simulation import components, inner_marks, needed_sets, reduced_buchi, simulation
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 
@@ -101,13 +101,8 @@ class _Trees:
         self.automaton = automaton
         self._above = simulation(automaton)
         self._component = components(automaton)
-        inner: dict[int, list[int]] = {}
-        for q, out in enumerate(automaton.edges):
-            for edge in out:
-                if self._component[edge.target] == self._component[q]:
-                    inner.setdefault(self._component[q], []).append(edge.marks)
-        needed = {c: needed_sets(marks, automaton.n_sets) for c, marks in sorted(inner.items())}
-        self._sets = {c: sets for c, sets in needed.items() if sets is not None}
+        needed = [needed_sets(marks, automaton.n_sets) for marks in inner_marks(automaton, self._component)]
+        self._sets = {c: sets for c, sets in enumerate(needed) if sets is not None}
         """per component that can accept"""
         self.n_forests = max(len(self._sets), 1) if apart else 1
         self._forest = {c: i if apart else 0 for i, c in enumerate(self._sets)}
