@@ -20,7 +20,16 @@ from setuptools import Extension, setup
 # mypyc does not support their cached properties, their object.__new__ and their subclass of list.
 COMPILED = {
     "ltlc": ("graph",),
-    "ltlc/ltl": ("implication", "normal", "rewrite", "rules_binary", "rules_boolean", "rules_unary"),
+    "ltlc/ltl": (
+        "implication",
+        "normal",
+        "rewrite",
+        "rules_binary",
+        "rules_boolean",
+        "rules_unary",
+        "syntax",
+        "traversal",
+    ),
     "ltlc/automata": (
         "acceptance",
         "canonical",
@@ -39,12 +48,17 @@ COMPILED = {
     "ltlc/translate": (
         "closure",
         "components",
+        "constructions",
         "decomposition",
         "letters",
+        "limits",
+        "mixtures",
         "nodes",
         "normal_form",
         "pipeline",
+        "problem",
         "product",
+        "round_robin",
         "safra",
         "tableau",
     ),

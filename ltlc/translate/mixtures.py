@@ -37,7 +37,7 @@ from ltlc.ltl import (
 )
 from ltlc.translate.limits import in_the_limit
 
-_MAX_STEPS = (8, 20, 60)
+_MAX_STEPS: tuple[int, ...] = (8, 20, 60)
 """Both signs are tried with so many steps, then with more; a formula that takes more steps stays as it is,"""
 _MAX_GROWTH = 5
 """and so does one that would get more times as many subformulas."""
