@@ -19,26 +19,35 @@ _MAX_CLAUSES = 16
 
 def decompose(closure: Closure, root: int, budget: Budget) -> tuple[Skeleton, list[Component]]:
     """Split at the outer Boolean operators; safety parts stay together, and so do co-safety parts."""
-    components: list[Component] = []
-    known: dict[int, Skeleton] = {}
+    decomposition = _Decomposition(closure, budget)
+    return decomposition.skeleton(root), decomposition.components
 
-    def skeleton(node: int) -> Skeleton:
+
+class _Decomposition:
+    """Not a function inside `decompose`: one that calls itself would keep the closure until garbage is collected."""
+
+    def __init__(self, closure: Closure, budget: Budget) -> None:
+        self.components: list[Component] = []
+        self._closure = closure
+        self._budget = budget
+        self._known: dict[int, Skeleton] = {}
+
+    def skeleton(self, node: int) -> Skeleton:
         check_time()
+        closure = self._closure
         node = distributed(closure, node)
         kind, args, _ = closure.nodes[node]
         if kind not in "&|" or closure.level(node) in ("sigma1", "pi1"):
-            if node not in known:
-                known[node] = (1 << len(components),)
-                components.append(component(closure, node, budget))
-            return known[node]
+            if node not in self._known:
+                self._known[node] = (1 << len(self.components),)
+                self.components.append(component(closure, node, self._budget))
+            return self._known[node]
         groups: dict[str | int, list[int]] = {}
         for arg in args:
             level = closure.level(arg)
             groups.setdefault(level if level in ("sigma1", "pi1") else arg, []).append(arg)
-        parts = [skeleton(closure.node(kind, *group)) for group in groups.values()]
+        parts = [self.skeleton(closure.node(kind, *group)) for group in groups.values()]
         return reduce(_both if kind == "&" else _either, parts)
-
-    return skeleton(root), components
 
 
 def distributed(closure: Closure, node: int) -> int:

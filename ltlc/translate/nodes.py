@@ -68,7 +68,7 @@ class Nodes:
     def __init__(self, formula: Formula, letters: Letters) -> None:
         self.letters = letters
         self.nodes: list[Node] = []
-        self._number: dict[Node, int] = {}
+        self._number: dict[tuple[str, tuple[int, ...], int], int] = {}
         self._implies: dict[tuple[int, int], bool] = {}
         self._level: dict[int, int] = {}
         self._negation: dict[int, int] = {}
@@ -91,11 +91,12 @@ class Nodes:
             args = tuple(sorted(set(args)))
             if len(args) == 1:
                 return args[0]
-        node = Node(kind, args, letters)
-        if node not in self._number:
-            self._number[node] = len(self.nodes)
-            self.nodes.append(node)
-        return self._number[node]
+        key = kind, args, letters
+        known = self._number.get(key)
+        if known is None:
+            known = self._number[key] = len(self.nodes)
+            self.nodes.append(Node(kind, args, letters))
+        return known
 
     def constant(self, value: bool) -> int:
         """The node of true or false."""
