@@ -22,6 +22,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar, get_args
@@ -184,6 +185,7 @@ def main() -> None:
     rows = [row for path in options.files for row in read_rows(path)]
     if not rows:
         parser.error("no formulas")
+    import_module("numpy")  # the first formula that needs arrays is not to pay for that
     warm_up = Row("G(a -> F b) & F G c | a U X b", {})
     measure(warm_up, translators, options)
     for row in track(rows, "translating", console=Console(stderr=True)):

@@ -152,7 +152,7 @@ def compile(
             known = translate(shape, options, text=text)
             if cache is not None:
                 cache[shape, options] = known
-        named = replace(known, aps=names, formula=text)
+        named = known.named(text, aps=names)
         if form == "rabin":
             return named
         from ltlc.automata import with_form

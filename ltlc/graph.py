@@ -7,15 +7,12 @@ holds the k successors of q. Everything is iterative, needs numpy only, and depe
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import np, npt
 from ltlc.budget import check_time
 
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-Graph = Sequence[Sequence[int]] | npt.NDArray[np.integer]
+Graph: TypeAlias = "Sequence[Sequence[int]] | npt.NDArray[np.integer]"
 
 
 _BITS = tuple(tuple(i for i in range(8) if mask >> i & 1) for mask in range(256))
@@ -46,9 +43,9 @@ def from_edges(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
 
 def successor_lists(graph: Graph) -> Sequence[Sequence[int]]:
     """The graph as lists of distinct successors per node (lists are taken as they are)."""
-    if isinstance(graph, np.ndarray):
-        return [list(dict.fromkeys(row)) for row in graph.tolist()]
-    return graph
+    if isinstance(graph, (list, tuple)) or not isinstance(graph, np.ndarray):
+        return graph
+    return [list(dict.fromkeys(row)) for row in graph.tolist()]
 
 
 def predecessor_lists(graph: Graph) -> list[list[int]]:

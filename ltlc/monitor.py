@@ -8,10 +8,11 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
+from ltlc.arrays import IntArray
 from ltlc.automata import DFA
 from ltlc.automata.partition import number_blocks, refine
 from ltlc.automata.possible import possible_letters
-from ltlc.automata.rabin import DRA, IntArray
+from ltlc.automata.rabin import DRA
 from ltlc.budget import MAX_STATES, Budget, check_time, time_limit
 from ltlc.compiler import as_formula, check_size
 from ltlc.errors import InvalidArgumentError, check_type

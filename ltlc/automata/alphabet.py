@@ -12,17 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.guards import Guard, shortest_guard, shortest_guard_among
 from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.budget import check_time
 from ltlc.graph import bits
 from ltlc.ltl.formula import Proposition
-
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 
 _MANY_CLASSES = 48
 """from which on arrays are faster than a loop."""
@@ -32,7 +27,7 @@ _FEW_POSITIONS = 256
 _MAX_BITS_AT_ONCE = 1 << 24
 """so many are unpacked to an octet each."""
 
-_Scalar = TypeVar("_Scalar", bound=np.generic)
+_Scalar = TypeVar("_Scalar", bound="np.generic")
 
 
 class HasLetters(Protocol):
@@ -53,13 +48,18 @@ class Alphabet:
 
     Attributes:
         aps: the propositions; bit i of a letter is the i-th.
-        letter_class: shape (n_letters,), int32; entry = class of the letter.
+        classes: the class of each letter; a list where there are few.
         possible: which letters are possible, see `ltlc.automata.possible`; None: all 2**len(aps).
     """
 
     aps: tuple[str, ...]
-    letter_class: IntArray
+    classes: Numbers
     possible: Possible | None = None
+
+    @cached_property
+    def letter_class(self) -> IntArray:
+        """Shape (n_letters,), int32; `classes` as an array."""
+        return np.asarray(self.classes, dtype=np.int32)
 
     @cached_property
     def numbers(self) -> LetterNumbers:
@@ -80,6 +80,14 @@ class Alphabet:
     def first_letter(self) -> IntArray:
         """Shape (n_classes,), int32; the smallest letter of each class."""
         return first_positions(self.letter_class)
+
+    @cached_property
+    def by_first_letter(self) -> list[int]:
+        """The classes, ordered by their smallest letters."""
+        if isinstance(self.classes, list):
+            return list(dict.fromkeys(self.classes))
+        ordered: list[int] = np.argsort(self.first_letter, kind="stable").tolist()
+        return ordered
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -124,6 +132,9 @@ class Alphabet:
         classes = tuple(classes)
         if self.possible is not None:
             return self._guard_among(classes)
+        if isinstance(self.classes, list):
+            table = sum([1 << letter for letter, c in enumerate(self.classes) if c in classes])
+            return shortest_guard(table, len(self.aps))
         literals = self._literals(classes) if classes else None
         if literals is not None:
             return Guard(True, (literals,))
@@ -181,7 +192,12 @@ def truth_column(table: int, size: int) -> BoolArray:
     return np.unpackbits(octets, count=size, bitorder="little").astype(np.bool_)
 
 
-def grouped(tables: Sequence[int], size: int) -> tuple[IntArray, list[int]]:
+def n_classes(classes: Numbers) -> int:
+    """The number of the classes 0..m, all of which occur."""
+    return 1 + (max(classes) if isinstance(classes, list) else int(classes.max()))
+
+
+def grouped(tables: Sequence[int], size: int) -> tuple[Numbers, list[int]]:
     """Group the positions at which the same truth tables hold; groups are numbered by their first positions.
 
     Args:
@@ -189,7 +205,7 @@ def grouped(tables: Sequence[int], size: int) -> tuple[IntArray, list[int]]:
         size: number of positions.
 
     Returns:
-        The group of each position, shape (size,), int32; and each table over groups instead of positions.
+        The group of each position, as a list where there are few; and each table over groups instead of positions.
     """
     if size > _FEW_POSITIONS:
         columns = [truth_column(table, size) for table in tables]
@@ -199,7 +215,7 @@ def grouped(tables: Sequence[int], size: int) -> tuple[IntArray, list[int]]:
     number: dict[tuple[str, ...], int] = {}
     groups = [number.setdefault(values, len(number)) for values in zip(*digits, strict=True)]
     by_group = zip(*number, strict=True)  # the digits of each table again, one per group
-    return np.array(groups, dtype=np.int32), [int("".join(column)[::-1], 2) for column in by_group]
+    return groups, [int("".join(column)[::-1], 2) for column in by_group]
 
 
 def grouped_partitions(partitions: Sequence[Sequence[int]], size: int) -> tuple[IntArray, list[IntArray]]:
@@ -221,7 +237,8 @@ def grouped_partitions(partitions: Sequence[Sequence[int]], size: int) -> tuple[
         known = known if isinstance(known, list) else (_places(tables, size) for tables in partitions)
         return group, [places[first] for places in known]
     distinct = list(dict.fromkeys(table for tables in partitions for table in tables))
-    group, by_group = grouped(distinct, size)
+    known_group, by_group = grouped(distinct, size)
+    group = np.asarray(known_group, dtype=np.int32)
     groups = dict(zip(distinct, map(bits, by_group), strict=True))
     places = np.empty((len(partitions), int(group.max()) + 1), dtype=np.int32)
     for row, tables in zip(places, partitions, strict=True):

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import Protocol, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
 from ltlc import graph
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.acceptance import rabin_pair, streett
 from ltlc.automata.emptiness import MarkedGraph, accepting_nodes
 
-_Array = TypeVar("_Array", bound=npt.NDArray[np.generic])
+_Array = TypeVar("_Array", bound="npt.NDArray[np.generic]")
 
 
 class ComponentKind(StrEnum):
@@ -36,19 +36,36 @@ class Annotations:
     Attributes:
         deadlocks: states from which no word is accepted.
         accepting_sinks: states from which every word is accepted.
-        scc: shape (n_states,), int32; entry = strong component, numbered in topological order.
+        components: the strong component of each state, numbered in topological order.
         scc_kinds: one per strong component.
-        live_pairs: shape (n_pairs, n_states), bool; entry = some word is accepted by this pair from this state.
-        distance: shape (n_states,), int32; entry = letters to the nearest state on an accepting cycle, -1 from a
-            deadlock.
+        live: for each pair, the states from which some word is accepted by it.
+        distances: from each state, letters to the nearest state on an accepting cycle, -1 from a deadlock.
     """
 
     deadlocks: tuple[int, ...]
     accepting_sinks: tuple[int, ...]
-    scc: npt.NDArray[np.int32]
+    components: Sequence[int]
     scc_kinds: tuple[ComponentKind, ...]
-    live_pairs: npt.NDArray[np.bool_]
-    distance: npt.NDArray[np.int32]
+    live: Sequence[Sequence[int]]
+    distances: Sequence[int]
+
+    @cached_property
+    def scc(self) -> IntArray:
+        """Shape (n_states,), int32; entry = strong component, numbered in topological order."""
+        return _frozen(np.array(self.components, dtype=np.int32))
+
+    @cached_property
+    def distance(self) -> IntArray:
+        """Shape (n_states,), int32; entry = letters to the nearest state on an accepting cycle, -1 from a deadlock."""
+        return _frozen(np.array(self.distances, dtype=np.int32))
+
+    @cached_property
+    def live_pairs(self) -> BoolArray:
+        """Shape (n_pairs, n_states), bool; entry = some word is accepted by this pair from this state."""
+        table = np.zeros((len(self.live), len(self.components)), dtype=np.bool_)
+        for row, states in zip(table, self.live, strict=True):
+            row[states] = True
+        return _frozen(table)
 
     @property
     def n_sccs(self) -> int:
@@ -88,11 +105,11 @@ def annotate(automaton: HasMarkedGraph) -> Annotations:
     cyclic = [part for part in members if len(part) > 1 or part[0] in successors[part[0]]]
 
     accepting: set[int] = set()
-    live_pairs = np.zeros((n_pairs, n_states), dtype=np.bool_)
+    live: list[list[int]] = []
     for i in range(n_pairs):
         on_cycle = accepting_nodes(edges, (rabin_pair(i),), cyclic)
         accepting |= on_cycle
-        live_pairs[i, graph.reachable(predecessors, sorted(on_cycle))] = True
+        live.append(graph.reachable(predecessors, sorted(on_cycle)))
     rejecting = accepting_nodes(edges, (streett(n_pairs),), cyclic)
 
     distance = graph.distances(predecessors, sorted(accepting))
@@ -110,10 +127,10 @@ def annotate(automaton: HasMarkedGraph) -> Annotations:
     return Annotations(
         deadlocks=tuple(q for q in range(n_states) if distance[q] < 0),
         accepting_sinks=tuple(q for q in range(n_states) if q not in not_universal),
-        scc=_frozen(np.array(scc, dtype=np.int32)),
+        components=scc,
         scc_kinds=tuple(kinds),
-        live_pairs=_frozen(live_pairs),
-        distance=_frozen(np.array(distance, dtype=np.int32)),
+        live=live,
+        distances=distance,
     )
 
 

@@ -10,11 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import IntArray, np, npt
 from ltlc.automata.acceptance import exactly_one, only_first
-from ltlc.automata.alphabet import IntArray
 from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_walk
 from ltlc.automata.joint import joint_letters
 from ltlc.automata.possible import LetterNumbers

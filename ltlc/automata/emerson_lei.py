@@ -15,7 +15,7 @@ from typing import Final, NamedTuple, TypeVar
 
 from ltlc import graph
 from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, negation, restrict, without_implied
-from ltlc.automata.partition import IntArray, refine_by
+from ltlc.automata.partition import refine_by
 from ltlc.budget import NO_LIMIT, Budget, check_time
 from ltlc.graph import bits
 
@@ -184,15 +184,13 @@ def refine(edges: Sequence[Sequence[LetterEdge]], initial: Iterable[Hashable]) -
     Edges are compared with their marks; classes are numbered by their first state.
     """
 
-    def signatures(block: IntArray) -> Iterator[Hashable]:
-        following = block.tolist()
+    def signatures(block: list[int]) -> Iterator[Hashable]:
         for q, out in enumerate(edges):
             if not q & 255:
                 check_time()
-            yield frozenset(_letters_by_move((e.letters, following[e.target], e.marks) for e in out).items())
+            yield frozenset(_letters_by_move((e.letters, block[e.target], e.marks) for e in out).items())
 
-    block: list[int] = refine_by(initial, signatures).tolist()
-    return block
+    return refine_by(initial, signatures)
 
 
 def quotient(automaton: EmersonLei, block: Sequence[int]) -> EmersonLei:

@@ -11,16 +11,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from ltlc import graph
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.canonical import canonical
 from ltlc.automata.output import Output
 from ltlc.automata.partition import refine
 from ltlc.automata.possible import LetterNumbers, Possible
-from ltlc.automata.rabin import DRA, BoolArray, IntArray
+from ltlc.automata.rabin import DRA
 from ltlc.errors import InvalidArgumentError, check_type
 
 Goal = Literal["reach", "end"]
@@ -51,12 +49,17 @@ class FiniteAnnotations(NamedTuple):
     Attributes:
         deadlocks: states from which no trace is accepted, and which are not accepting themselves.
         accepting_sinks: states that are accepting whatever follows.
-        distance: shape (n_states,), int32; entry = letters to the nearest accepting state, -1 from a deadlock.
+        distances: from each state, letters to the nearest accepting state, -1 from a deadlock.
     """
 
     deadlocks: tuple[int, ...]
     accepting_sinks: tuple[int, ...]
-    distance: npt.NDArray[np.int32]
+    distances: Sequence[int]
+
+    @property
+    def distance(self) -> IntArray:
+        """Shape (n_states,), int32; `distances` as an array."""
+        return np.array(self.distances, dtype=np.int32)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,7 +163,7 @@ class DFA(Output):
         return FiniteAnnotations(
             tuple(q for q, d in enumerate(distance) if d < 0),
             tuple(q for q in range(self.n_states) if q not in doubtful),
-            np.array(distance, dtype=np.int32),
+            distance,
         )
 
     @property

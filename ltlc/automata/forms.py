@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import get_args
 
-import numpy as np
-
+from ltlc.arrays import IntArray, np
 from ltlc.automata.marks import buchi_edges
 from ltlc.automata.parity import parity_colours, to_parity
-from ltlc.automata.rabin import DRA, Form, IntArray
+from ltlc.automata.rabin import DRA, Form
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import MAX_STATES
 from ltlc.errors import InvalidArgumentError, UnknownNameError

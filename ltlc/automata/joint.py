@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-from ltlc.automata.alphabet import Alphabet, IntArray, letter_classes
+from ltlc.arrays import IntArray, np, npt
+from ltlc.automata.alphabet import Alphabet, letter_classes
 from ltlc.automata.possible import MAX_APS, LetterNumbers, Possible, check_size
 from ltlc.errors import AlphabetLimitExceeded, InvalidArgumentError
 

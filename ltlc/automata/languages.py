@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-import numpy as np
-import numpy.typing as npt
-
 from ltlc import graph
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.acceptance import exactly_one, rabin_accepts
 from ltlc.automata.alphabet import first_positions
 from ltlc.automata.emptiness import accepting_nodes
-from ltlc.automata.partition import IntArray, number_blocks, pairs_within, refine
+from ltlc.automata.partition import number_blocks, numbered, pairs_within, refine
 from ltlc.budget import check_time
 
 MAX_PRODUCT_EDGES = 500_000
@@ -49,8 +47,8 @@ class HasTable(Protocol):
         """Marks seen on each transition."""
 
     @property
-    def alike(self) -> IntArray | None:
-        """Equal entries for states that are known to accept the same words, shape (n_states,), or None."""
+    def alike(self) -> Sequence[int] | None:
+        """Equal entries for states that are known to accept the same words, or None."""
 
 
 def can_decide_languages(a: HasTable) -> bool:
@@ -59,7 +57,12 @@ def can_decide_languages(a: HasTable) -> bool:
 
 
 def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
-    """Classes of states with the same language, numbered by their first states; shape (n_states,), int32.
+    """`language_numbers` as an array, shape (n_states,), int32."""
+    return np.array(language_numbers(a, max_edges), dtype=np.int32)
+
+
+def language_numbers(a: HasTable, max_edges: int | None = None) -> list[int]:
+    """Classes of states with the same language, numbered by their first states; one entry per state.
 
     Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
     not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
@@ -71,12 +74,12 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
             that states of one class still have the same language. None: decide all.
     """
     if a.n_states * a.n_classes <= _SMALL_AUTOMATON and _evidently_different(a):
-        return np.arange(a.n_states, dtype=np.int32)
+        return list(range(a.n_states))
     bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
     marks = [a.edge_marks[q] for q in first.tolist()]
-    alike = number_blocks(range(len(first)) if a.alike is None else a.alike[first].tolist())
+    alike = number_blocks(range(len(first)) if a.alike is None else map(a.alike.__getitem__, first.tolist()))
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
     left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
     unknown = alike[left] != alike[right]
@@ -106,7 +109,7 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
 
     smallest = first_positions(alike)[alike]
     np.minimum.at(smallest, left[~different], right[~different])
-    return number_blocks(smallest[bisimilar].tolist())
+    return numbered(smallest[bisimilar].tolist())
 
 
 def _evidently_different(a: HasTable) -> bool:
@@ -162,7 +165,7 @@ def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs:
     return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
 
 
-def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> graph.BoolArray:
+def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
     """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
     rows = np.arange(len(target))[:, None]
     for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
@@ -170,5 +173,5 @@ def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64
         target, seen = target[rows, target], seen | seen[rows, target]
     on_cycle = seen[rows, target]
     pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
-    accepted: graph.BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
+    accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
     return accepted

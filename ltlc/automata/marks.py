@@ -9,18 +9,17 @@ Inf = good but not bad accepts only what is accepted, and suffices iff no cycle 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations
 from operator import and_, or_
 
-import numpy as np
-
 from ltlc import graph
+from ltlc.arrays import BoolArray, np
 from ltlc.automata.acceptance import Acceptance, rabin_pair
 from ltlc.automata.canonical import CANONICAL, tells_columns_apart
 from ltlc.automata.emptiness import MAX_MASK, MarkedEdge, accepting_parts
-from ltlc.automata.rabin import DRA, BoolArray
+from ltlc.automata.rabin import DRA
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import check_time
 
@@ -45,25 +44,36 @@ def simplify_marks(automaton: DRA) -> DRA:
         return automaton
     chosen = [(c.nodes, c.pairs()) for c in components(automaton)]
     n_pairs = max([1, *(len(pairs) for _, pairs in chosen)])
-    fin = np.zeros((n_pairs, *automaton.fin.shape[1:]), dtype=np.bool_)
-    inf = np.zeros_like(fin)
-    on_states = automaton.acceptance == "state"
-    marks, delta = automaton.edge_marks, automaton.delta.tolist()
-    for nodes, pairs in chosen:
-        for i, pair in enumerate(pairs):
-            for table, edges in zip((fin[i], inf[i]), pair, strict=True):
-                if on_states:
-                    table[[target for _, target, _ in edges]] = True
-                    continue
-                check_time()
-                for q in nodes if edges else ():
-                    table[q] = [(q, t, m) in edges for t, m in zip(delta[q], marks[q], strict=True)]
-    if np.array_equal(fin, automaton.fin) and np.array_equal(inf, automaton.inf):
+    marks: list[int] | list[list[int]]
+    if automaton.acceptance == "state":
+        marks = [0] * automaton.n_states
+        for _, pairs in chosen:
+            for (_, target, _), mark in _marked(pairs).items():
+                marks[target] |= mark
+    else:
+        marks = [[0] * automaton.n_classes for _ in range(automaton.n_states)]
+        for nodes, pairs in chosen:
+            check_time()
+            known = _marked(pairs)
+            for q in nodes if known else ():
+                edges = zip(automaton.rows[q], automaton.edge_marks[q], strict=True)
+                marks[q] = [known.get((q, t, m), 0) for t, m in edges]
+    if n_pairs == automaton.n_pairs and marks == automaton.mark_lists:
         return automaton.annotated(SIMPLE_MARKS)
-    languages = automaton.languages if automaton.has_languages else None
-    result = replace(automaton, fin=fin, inf=inf).annotated(SIMPLE_MARKS, languages=languages)
+    languages = automaton.language_numbers if automaton.has_languages else None
+    result = automaton.with_marks(marks, n_pairs).annotated(SIMPLE_MARKS, languages=languages)
     stays = CANONICAL in automaton.forms and tells_columns_apart(result)
     return result.annotated(CANONICAL) if stays else result
+
+
+def _marked(pairs: Sequence[EdgePair]) -> dict[MarkedEdge, int]:
+    """The marks, as in `DRA.marks`, of each edge that has some."""
+    known: dict[MarkedEdge, int] = {}
+    for i, pair in enumerate(pairs):
+        for place, edges in enumerate(pair):
+            for edge in edges:
+                known[edge] = known.get(edge, 0) | 1 << 2 * i + place
+    return known
 
 
 def buchi_edges(automaton: DRA) -> BoolArray | None:

@@ -6,10 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
+from ltlc.arrays import IntArray, np
 from ltlc.automata.acceptance import NEVER, Acceptance, Clause, TooManyClausesError, conjunction, disjunction
-from ltlc.automata.alphabet import Alphabet, IntArray
+from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized, merged
 from ltlc.automata.emptiness import accepting_nodes
 from ltlc.automata.output import Output

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from ltlc import graph
+from ltlc.arrays import np
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import Component, components
 from ltlc.automata.rabin import DRA

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
+from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.acceptance import holds, rabin
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import Component, components, strong_parts
 from ltlc.automata.partition import number_blocks, refine
-from ltlc.automata.rabin import DRA, BoolArray, IntArray
+from ltlc.automata.rabin import DRA
 from ltlc.automata.refinement import Refinement
 from ltlc.automata.transition_based import to_transition_based
 from ltlc.budget import MAX_STATES, check_time

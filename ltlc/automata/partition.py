@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Sequence
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import IntArray, np
 from ltlc.budget import check_time
 
-IntArray = npt.NDArray[np.int32]
+
+def numbered(keys: Iterable[Hashable]) -> list[int]:
+    """Equal keys get equal numbers, in order of first appearance."""
+    seen: dict[Hashable, int] = {}
+    return [seen.setdefault(key, len(seen)) for key in keys]
 
 
 def number_blocks(keys: Iterable[Hashable]) -> IntArray:
-    """Equal keys get equal numbers, in order of first appearance."""
-    seen: dict[Hashable, int] = {}
-    return np.array([seen.setdefault(key, len(seen)) for key in keys], dtype=np.int32)
+    """`numbered` as an array."""
+    return np.array(numbered(keys), dtype=np.int32)
 
 
 def refine(delta: IntArray, block: IntArray) -> IntArray:
@@ -31,10 +32,16 @@ def refine(delta: IntArray, block: IntArray) -> IntArray:
     References:
         E. F. Moore, Gedanken-experiments on sequential machines, Automata Studies 1956, doi 10.1515/9781400882618-006.
     """
-    return refine_by(block.tolist(), lambda block: map(np.ndarray.tobytes, block[delta]))
+    rows = refine_by(block.tolist(), lambda block: map(np.ndarray.tobytes, np.array(block, dtype=np.int32)[delta]))
+    return np.array(rows, dtype=np.int32)
 
 
-def refine_by(initial: Iterable[Hashable], signatures: Callable[[IntArray], Iterable[Hashable]]) -> IntArray:
+def refine_rows(rows: Sequence[Sequence[int]], block: Iterable[Hashable]) -> list[int]:
+    """`refine` with lists, for small tables."""
+    return refine_by(block, lambda block: [tuple([block[target] for target in row]) for row in rows])
+
+
+def refine_by(initial: Iterable[Hashable], signatures: Callable[[list[int]], Iterable[Hashable]]) -> list[int]:
     """The coarsest partition inside the initial one whose blocks have states of equal signatures only.
 
     Args:
@@ -42,15 +49,15 @@ def refine_by(initial: Iterable[Hashable], signatures: Callable[[IntArray], Iter
         signatures: of the states, given the block of each.
 
     Returns:
-        As `refine`.
+        The block of each state, numbered by their first states.
     """
-    block = number_blocks(initial)
+    block = numbered(initial)
     while True:
         check_time()
-        if int(block.max()) + 1 == len(block):
+        if max(block) + 1 == len(block):
             return block
-        finer = number_blocks(zip(block.tolist(), signatures(block), strict=True))
-        if int(finer.max()) == int(block.max()):
+        finer = numbered(zip(block, signatures(block), strict=True))
+        if max(finer) == max(block):
             return finer
         block = finer
 

@@ -18,9 +18,7 @@ from functools import cached_property
 from math import prod
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import np, npt
 from ltlc.errors import AlphabetLimitExceeded, ImpossibleLetterError, InvalidArgumentError, check_type
 
 Possible = tuple[tuple[int, ...], ...]

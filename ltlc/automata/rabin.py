@@ -1,5 +1,8 @@
 """The deterministic Rabin automaton, as a frozen value of arrays.
 
+A small one that the translator builds is given as lists (`DRA.from_lists`), which are faster where there are few
+entries; its arrays are made when they are first asked for.
+
 Letters are sets of atomic propositions, written as a number: a bitmask, bit i is `aps[i]`, unless some letters are
 impossible (`ltlc.automata.possible`). Letters that no state tells apart share a *letter class*, and the tables are
 indexed by class: `delta[state, letter_class[letter]]`.
@@ -7,22 +10,20 @@ indexed by class: `delta[state, letter_class[letter]]`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from numbers import Integral
-from typing import Literal, NamedTuple, Self
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any, Literal, NamedTuple, Self
 
 from ltlc import graph
+from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.acceptance import rabin_accepts, recurring_marks
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.annotate import Annotations, annotate
-from ltlc.automata.languages import equivalent_states
+from ltlc.automata.languages import language_numbers
 from ltlc.automata.output import Output
-from ltlc.automata.partition import number_blocks
+from ltlc.automata.partition import numbered
 from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.errors import (
     InvalidArgumentError,
@@ -31,9 +32,13 @@ from ltlc.errors import (
     check_type,
 )
 
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 AcceptanceKind = Literal["state", "transition"]
+Marks = list[int] | list[list[int]]
+"""An integer for each state, or one per letter class for each; as in `DRA.mark_lists`."""
+MARKS_IN_WORD = 31
+"""pairs of marks fit into a machine word."""
+FEW_ENTRIES = 4096
+"""of a table are faster looked at one by one, in lists."""
 _FEW_LETTERS = 64
 """are looked at faster one by one than as an array."""
 Form = Literal["rabin", "parity", "buchi", "co-buchi"]
@@ -70,9 +75,10 @@ class DRA(Output):
         translator: the construction that built it, or None.
         possible: which letters are possible, in the numbering of `ltlc.automata.possible`; None: all 2**len(aps).
         forms: normal forms that it is known to have, so that they are not made again; `replace` forgets them.
-        known_languages: `languages`, where they are known from how it was made; `replace` forgets them.
-        alike: shape (n_states,), or None; states with equal entries are known to accept the same words from how it was
-            made, others may do so, too; `replace` forgets it.
+        known_languages: `language_numbers`, where they are known from how it was made; `replace` forgets them.
+        alike: one entry per state, or None; states with equal entries are known to accept the same words from how it
+            was made, others may do so, too; `replace` forgets it.
+        is_listed: whether it was given as lists (`from_lists`): it is small, and lists are faster to look at.
 
     Raises:
         InvalidAutomatonError: the arrays do not fit together, or an entry is out of range.
@@ -91,13 +97,12 @@ class DRA(Output):
     translator: str | None = None
     possible: Possible | None = None
     forms: frozenset[str] = field(default=frozenset(), init=False, compare=False)
-    known_languages: IntArray | None = field(default=None, init=False, compare=False)
-    alike: IntArray | None = field(default=None, init=False, compare=False)
+    known_languages: list[int] | None = field(default=None, init=False, compare=False)
+    alike: Sequence[int] | None = field(default=None, init=False, compare=False)
+    is_listed: bool = field(default=False, init=False, compare=False)
 
     def __post_init__(self) -> None:
-        n_aps = len(self.aps)
-        _check(len(set(self.aps)) == n_aps, "an atomic proposition is listed twice")
-        _check(all(map(_is_name, self.aps)), "the name of an atomic proposition is no text that a file could hold")
+        _check_names(self.aps)
         _freeze(self, "delta", np.int32, (None, None))
         _freeze(self, "letter_class", np.int32, (self.letter_numbers.size,))
         n_states, n_classes = self.delta.shape
@@ -112,43 +117,139 @@ class DRA(Output):
         _check(_takes_all(self.letter_class, n_classes), f"letter classes are not exactly 0..{n_classes - 1}")
         _check(self.state_names is None or len(self.state_names) == n_states, "not one name per state")
 
-    def annotated(self, *forms: str, languages: IntArray | None = None, alike: IntArray | None = None) -> Self:
+    @classmethod
+    def from_lists(
+        cls,
+        aps: tuple[str, ...],
+        rows: list[list[int]],
+        marks: Marks,
+        letter_class: Numbers,
+        n_pairs: int,
+        **others: Any,
+    ) -> Self:
+        """An automaton whose arrays are made when they are first asked for.
+
+        Args:
+            aps: the propositions.
+            rows: `delta` as lists, which must fit.
+            marks: `mark_lists`, which must fit.
+            letter_class: a list, or an array.
+            n_pairs: number of Rabin pairs, 31 at most.
+            others: attributes that have a default.
+        """
+        _check_names(aps)
+        known = {"aps": aps, "rows": rows, "mark_lists": marks, "n_pairs": n_pairs, **others}
+        known |= {"n_states": len(rows), "n_classes": len(rows[0]), "is_listed": True}
+        known["class_list" if isinstance(letter_class, list) else "letter_class"] = letter_class
+        return cls._with(known)
+
+    def __getattr__(self, name: str) -> object:
+        known = vars(self)
+        if name not in _ARRAYS or "mark_lists" not in known:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        array: npt.NDArray[Any]
+        if name in ("fin", "inf"):
+            array = _as_columns(self.mark_lists, self.n_pairs)[name == "inf"]
+        else:
+            array = np.array(self.rows if name == "delta" else self.class_list, dtype=np.int32)
+        array.flags.writeable = False
+        known[name] = array
+        return array
+
+    def annotated(
+        self, *forms: str, languages: Iterable[int] | None = None, alike: Sequence[int] | None = None
+    ) -> Self:
         """The same automaton with these normal forms, and these `languages` of its states if they are given.
 
         Args:
             forms: names, kept in addition to those known already.
-            languages: shape (n_states,); equal entries for states that accept the same words, however numbered.
+            languages: one entry per state; equal ones for states that accept the same words, however numbered.
             alike: what the attribute `alike` is to be, if it is given.
         """
         known = vars(self) | {"forms": self.forms.union(forms)}
         if languages is not None:
-            known["known_languages"] = number_blocks(languages.tolist())
+            known["known_languages"] = numbered(languages)
         if alike is not None:
             known["alike"] = alike
-        return self._twin(known)
+        return self._with(known)
 
-    def named(self, formula: str, translator: str) -> Self:
-        """What `replace` gives for these attributes, without asking again whether the arrays fit together."""
+    def named(self, formula: str, translator: str | None = None, aps: tuple[str, ...] | None = None) -> Self:
+        """What `replace` gives for these attributes, without asking again whether the arrays fit together.
+
+        Args:
+            formula: the text.
+            translator: the construction; None: as before.
+            aps: other names of the propositions; None: as before.
+        """
         known = {name: value for name, value in vars(self).items() if name in _GIVEN}
-        return self._twin(known | {"formula": formula, "translator": translator})
+        known["formula"] = formula
+        if translator is not None:
+            known["translator"] = translator
+        if aps is not None:
+            _check_names(aps)
+            known["aps"] = aps
+        return self._with(known)
 
-    def _twin(self, known: dict[str, object]) -> Self:
-        """Another automaton of the same class, with these attributes."""
-        twin = object.__new__(type(self))
+    def with_marks(self, marks: Marks, n_pairs: int, acceptance: AcceptanceKind | None = None) -> Self:
+        """The same states and letters with other marks, as in `mark_lists`; acceptance as before if it is None."""
+        acceptance = acceptance or self.acceptance
+        if self.is_listed and n_pairs <= MARKS_IN_WORD:
+            known = {name: value for name, value in vars(self).items() if name in _LISTED}
+            return self._with(known | {"mark_lists": marks, "n_pairs": n_pairs, "acceptance": acceptance})
+        fin, inf = _as_columns(marks, n_pairs)
+        return replace(self, fin=fin, inf=inf, acceptance=acceptance)
+
+    def with_tables(self, rows: list[list[int]], marks: Marks, initial_state: int, acceptance: AcceptanceKind) -> Self:
+        """Other states without names, over the same letter classes and with as many pairs.
+
+        Args:
+            rows: next states, as in `rows`.
+            marks: as in `mark_lists`.
+            initial_state: the state before any letter is read.
+            acceptance: what carries the marks.
+        """
+        if len(rows) * self.n_classes <= FEW_ENTRIES and self.n_pairs <= MARKS_IN_WORD:
+            return self.from_lists(
+                self.aps,
+                rows,
+                marks,
+                self.alphabet.classes,
+                self.n_pairs,
+                initial_state=initial_state,
+                acceptance=acceptance,
+                formula=self.formula,
+                translator=self.translator,
+                possible=self.possible,
+            )
+        fin, inf = _as_columns(marks, self.n_pairs)
+        return replace(
+            self,
+            delta=np.array(rows, dtype=np.int32),
+            fin=fin,
+            inf=inf,
+            initial_state=initial_state,
+            acceptance=acceptance,
+            state_names=None,
+        )
+
+    @classmethod
+    def _with(cls, known: Mapping[str, object]) -> Self:
+        """An automaton with these attributes."""
+        twin = object.__new__(cls)
         vars(twin).update(known)
         return twin
 
-    @property
+    @cached_property
     def n_states(self) -> int:
         """Number of states, deadlock and sinks included."""
         return int(self.delta.shape[0])
 
-    @property
+    @cached_property
     def n_classes(self) -> int:
         """Number of letter classes."""
         return int(self.delta.shape[1])
 
-    @property
+    @cached_property
     def n_pairs(self) -> int:
         """Number of Rabin pairs; with none, no word is accepted."""
         return int(self.fin.shape[0])
@@ -170,12 +271,13 @@ class DRA(Output):
     def pairs(self) -> tuple[RabinPair, ...]:
         """The pairs as sets of states, or of (state, letter class) for transition-based acceptance."""
 
-        def entries(marks: BoolArray) -> frozenset[int] | frozenset[tuple[int, int]]:
-            if marks.ndim == 1:
-                return frozenset(np.flatnonzero(marks).tolist())
-            return frozenset((int(q), int(c)) for q, c in np.argwhere(marks))
+        def entries(mark: int) -> frozenset[int] | frozenset[tuple[int, int]]:
+            if self.acceptance == "state":
+                return frozenset(q for q, marks in enumerate(self.mark_lists) if marks & mark)
+            rows = enumerate(self.mark_lists)
+            return frozenset((q, c) for q, row in rows for c, marks in enumerate(row) if marks & mark)
 
-        return tuple(RabinPair(entries(fin), entries(inf)) for fin, inf in zip(self.fin, self.inf, strict=True))
+        return tuple(RabinPair(entries(1 << 2 * i), entries(2 << 2 * i)) for i in range(self.n_pairs))
 
     @cached_property
     def rows(self) -> list[list[int]]:
@@ -184,9 +286,21 @@ class DRA(Output):
         return rows
 
     @cached_property
+    def class_list(self) -> list[int]:
+        """`letter_class` as a list."""
+        classes: list[int] = self.letter_class.tolist()
+        return classes
+
+    @cached_property
+    def mark_lists(self) -> list[Any]:
+        """`marks` as lists: an integer for each state, or a list of one per letter class for each."""
+        marks: list[Any] = self.marks.tolist()
+        return marks
+
+    @cached_property
     def marks(self) -> npt.NDArray[np.int64] | npt.NDArray[np.object_]:
         """Marks as integers, shape as one pair of `fin`: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
-        kind = np.int64 if self.n_pairs <= 31 else object
+        kind = np.int64 if self.n_pairs <= MARKS_IN_WORD else object
         marks = np.zeros(self.fin.shape[1:], dtype=kind)
         for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
             marks |= (fin.astype(kind) | inf.astype(kind) << 1) << (2 * i)
@@ -195,7 +309,11 @@ class DRA(Output):
     @cached_property
     def edge_marks(self) -> list[list[int]]:
         """`marks` seen on `delta[state, class]`, as lists; those of the entered state if acceptance is on states."""
-        on_edges: list[list[int]] = (self.marks[self.delta] if self.acceptance == "state" else self.marks).tolist()
+        if self.acceptance == "transition":
+            return self.mark_lists
+        if self.is_listed:
+            return [[self.mark_lists[target] for target in row] for row in self.rows]
+        on_edges: list[list[int]] = self.marks[self.delta].tolist()
         return on_edges
 
     @cached_property
@@ -212,24 +330,30 @@ class DRA(Output):
         return graph.strong_components(self.rows)
 
     @cached_property
+    def language_numbers(self) -> list[int]:
+        """One entry per state; states with equal ones accept the same words, numbered by their first states."""
+        return language_numbers(self) if self.known_languages is None else self.known_languages
+
+    @property
     def languages(self) -> IntArray:
-        """Shape (n_states,), int32; states with equal entries accept the same words, numbered by their first states."""
-        return equivalent_states(self) if self.known_languages is None else self.known_languages
+        """`language_numbers` as an array, shape (n_states,), int32."""
+        return np.array(self.language_numbers, dtype=np.int32)
 
     @property
     def has_languages(self) -> bool:
         """Whether `languages` are known, so that asking for them costs nothing."""
-        return self.known_languages is not None or "languages" in vars(self)
+        return self.known_languages is not None or "language_numbers" in vars(self)
 
     @cached_property
     def n_languages(self) -> int:
         """Number of different `languages`; no deterministic automaton for the same language has fewer states."""
-        return int(self.languages.max()) + 1
+        return max(self.language_numbers) + 1
 
     @cached_property
     def alphabet(self) -> Alphabet:
         """Propositions and letter classes, for guards."""
-        return Alphabet(self.aps, self.letter_class, self.possible)
+        classes = self.class_list if "class_list" in vars(self) else self.letter_class
+        return Alphabet(self.aps, classes, self.possible)
 
     @cached_property
     def letter_numbers(self) -> LetterNumbers:
@@ -324,7 +448,20 @@ class DRA(Output):
         return rabin_accepts(self.n_pairs, recurring_marks(state, run))
 
 
-_GIVEN = frozenset(field.name for field in fields(DRA) if field.init)
+_ARRAYS = frozenset({"delta", "letter_class", "fin", "inf"})
+_SETTINGS = frozenset(field.name for field in fields(DRA) if field.init) - _ARRAYS
+_LISTED = _SETTINGS | {"delta", "letter_class", "is_listed", "rows", "class_list", "n_states", "n_classes"}
+"""of a listed automaton, what does not depend on its marks;"""
+_GIVEN = _LISTED | {"fin", "inf", "mark_lists", "n_pairs"}
+"""and what does not depend on names."""
+
+
+def _as_columns(marks: Marks, n_pairs: int) -> tuple[BoolArray, BoolArray]:
+    """Marks of states or edges as `fin` and `inf`."""
+    words = np.array(marks, dtype=np.int64 if n_pairs <= MARKS_IN_WORD else object)
+    signs = [np.array([words >> 2 * i + place & 1 for i in range(n_pairs)], dtype=np.bool_) for place in (0, 1)]
+    fin, inf = (table.reshape(n_pairs, *words.shape) for table in signs)
+    return fin, inf
 
 
 def _takes_all(numbers: IntArray, n: int) -> bool:
@@ -332,6 +469,11 @@ def _takes_all(numbers: IntArray, n: int) -> bool:
     if len(numbers) <= _FEW_LETTERS:
         return set(numbers.tolist()) == set(range(n))
     return int(numbers.view(np.uint32).max()) < n and bool(np.bincount(numbers, minlength=n).all())
+
+
+def _check_names(aps: tuple[str, ...]) -> None:
+    _check(len(set(aps)) == len(aps), "an atomic proposition is listed twice")
+    _check(all(map(_is_name, aps)), "the name of an atomic proposition is no text that a file could hold")
 
 
 def _is_name(name: object) -> bool:

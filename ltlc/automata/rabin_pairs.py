@@ -14,16 +14,15 @@ from collections.abc import Iterable, Sequence
 from functools import reduce
 from typing import Literal, Protocol
 
-import numpy as np
-
 from ltlc import graph
+from ltlc.arrays import BoolArray, IntArray, Numbers, np
 from ltlc.automata.acceptance import Acceptance
-from ltlc.automata.alphabet import grouped, grouped_partitions
+from ltlc.automata.alphabet import grouped, grouped_partitions, n_classes
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.possible import Possible
-from ltlc.automata.rabin import DRA, BoolArray, IntArray
+from ltlc.automata.rabin import DRA, FEW_ENTRIES, MARKS_IN_WORD
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 
@@ -32,10 +31,6 @@ _MAX_CYCLE_WORK = 1 << 24
 """Edges looked at for one decomposition: some seconds."""
 _ENTRIES_AT_ONCE = 1 << 21
 """of tables, beside which nothing larger than them is in memory."""
-_FEW_ENTRIES = 4096
-"""of a table are written one by one."""
-_PAIRS_IN_WORD = 31
-"""so many pairs of marks fit into a machine word."""
 _PAIRS_PER_ENTRY = 16
 """The marks of so many pairs take the memory of one entry in the table of next states, as lists and as arrays."""
 
@@ -59,8 +54,8 @@ class Memory(Protocol):
     def start(self, state: int) -> int:
         """The memory on entering the component in a state."""
 
-    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
-        """The next memory, and the pairs whose fin and whose inf marks are seen."""
+    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int]:
+        """The next memory, and the marks of the pairs that are seen, as in `DRA.marks`."""
 
 
 class Counters:
@@ -78,7 +73,7 @@ class Counters:
         lists = {clause.inf for clause in condition if clause.inf.bit_count() > 1}
         self._waits = {inf: bits(inf) for inf in sorted(lists)}
         self.is_constant = not lists
-        self._moves: dict[tuple[int, int], tuple[int, int, int]] = {}
+        self._moves: dict[tuple[int, int], tuple[int, int]] = {}
 
     def size(self, states: Iterable[int]) -> int:
         """See `Memory`."""
@@ -92,7 +87,7 @@ class Counters:
         """See `Memory`."""
         return 0
 
-    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
+    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int]:
         """See `Memory`; the memory is the counters' values in mixed radix."""
         key = memory, edge[2]
         known = self._moves.get(key)
@@ -100,7 +95,7 @@ class Counters:
             known = self._moves[key] = self._moved(*key)
         return known
 
-    def _moved(self, memory: int, marks: int) -> tuple[int, int, int]:
+    def _moved(self, memory: int, marks: int) -> tuple[int, int]:
         following, radix = 0, 1
         met: dict[int, bool] = {}
         for inf, waits in self._waits.items():
@@ -108,13 +103,13 @@ class Counters:
             level, met[inf] = _advance(level, waits, marks, self._ahead)
             following += radix * level
             radix *= len(waits)
-        fins = infs = 0
+        seen = 0
         for i, (fin, inf, _) in enumerate(self._condition):
             if fin & marks:
-                fins |= 1 << i
+                seen |= 1 << 2 * i
             if met[inf] if inf in met else not inf & ~marks:
-                infs |= 1 << i
-        return following, fins, infs
+                seen |= 2 << 2 * i
+        return following, seen
 
 
 def _advance(level: int, waits: Sequence[int], marks: int, ahead: bool) -> tuple[int, bool]:
@@ -137,10 +132,7 @@ class CycleMemory:
         self.n_pairs = len(self._accepting)
         self.is_constant = cycles.depth == 0
         self._marks = [
-            (
-                sum(1 << i for i, d in enumerate(self._accepting) if d > depth),
-                sum(1 << i for i, d in enumerate(self._accepting) if d == depth),
-            )
+            sum((1 if d > depth else 2) << 2 * i for i, d in enumerate(self._accepting) if d >= depth)
             for depth in range(cycles.depth + 1)
         ]
 
@@ -156,16 +148,16 @@ class CycleMemory:
         """See `Memory`."""
         return self._cycles.leaf(state)
 
-    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int, int]:
+    def move(self, memory: int, edge: MarkedEdge) -> tuple[int, int]:
         """See `Memory`."""
         leaf, depth = self._cycles.step(memory, edge)
-        return leaf, *self._marks[depth]
+        return leaf, self._marks[depth]
 
 
 def to_rabin(
     automaton: EmersonLei,
     aps: tuple[str, ...],
-    letter_class: IntArray,
+    letter_class: Numbers,
     budget: Budget,
     *,
     initial_state: int = 0,
@@ -181,7 +173,7 @@ def to_rabin(
     Args:
         automaton: its letters are letter classes.
         aps: propositions of the result.
-        letter_class: shape (n_letters,); entry = class of the letter.
+        letter_class: the class of each letter.
         budget: on the states and the size of the tables.
         initial_state: of the automaton.
         on_states: whether the edges of each state have the same marks, and those of the result are to be on states,
@@ -204,12 +196,11 @@ def to_rabin(
     n_pairs = max(least_pairs, *(memory.n_pairs for memory in memories))
 
     def move(q: int, memory: int, edge: LetterEdge) -> tuple[int, int]:
-        """The next memory, and the pairs whose Fin (high) and Inf (low) marks are seen."""
+        """The next memory, and the marks that are seen."""
         here, there = component[q], component[edge.target]
         if here != there:
             return memories[there].start(edge.target), 0
-        following, fins, infs = memories[here].move(memory, (q, edge.target, edge.marks))
-        return following, fins << n_pairs | infs
+        return memories[here].move(memory, (q, edge.target, edge.marks))
 
     def fewer(q: int) -> list[LetterEdge]:
         """The edges of a state, those one edge that do the same with every memory."""
@@ -239,9 +230,29 @@ def to_rabin(
         start = memories[component[initial_state]].start(initial_state)
         (copies, edges), initial_state = explore((initial_state, start), successors, budget), 0
     state_marks = [marks_of(q, memory) for q, memory in copies] if on_states else None
-    block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, int(letter_class.max()) + 1, budget)
     acceptance: Literal["state", "transition"] = "state" if on_states else "transition"
-    result = DRA(aps, delta, block_of[letter_class], fin, inf, initial_state, acceptance, possible=possible)
+    n_before = n_classes(letter_class)
+    if len(edges) * n_before <= FEW_ENTRIES and n_pairs <= MARKS_IN_WORD:
+        block, rows, marks = _as_lists(edges, n_before)
+        classes = (
+            [block[c] for c in letter_class]
+            if isinstance(letter_class, list)
+            else np.array(block, dtype=np.int32)[letter_class]
+        )
+        result = DRA.from_lists(
+            aps,
+            rows,
+            marks if state_marks is None else state_marks,
+            classes,
+            n_pairs,
+            initial_state=initial_state,
+            acceptance=acceptance,
+            possible=possible,
+        )
+    else:
+        block_of, delta, fin, inf = _as_arrays(edges, state_marks, n_pairs, n_before, budget)
+        class_of = block_of[np.asarray(letter_class)]
+        result = DRA(aps, delta, class_of, fin, inf, initial_state, acceptance, possible=possible)
     return _with_known_languages(result, automaton.alike, [q for q, _ in copies])
 
 
@@ -250,7 +261,7 @@ def _with_known_languages(result: DRA, alike: Sequence[int], origin: Sequence[in
     known = len(set(alike))
     if known == len(alike):
         return result
-    entries = np.array([alike[q] for q in origin], dtype=np.int32)
+    entries = [alike[q] for q in origin]
     return result.annotated(alike=entries, languages=entries if known == 1 else None)
 
 
@@ -272,7 +283,7 @@ def _as_arrays(
     edges: Sequence[Sequence[LetterEdge]],
     state_marks: Sequence[int] | None,
     n_pairs: int,
-    n_classes: int,
+    n_before: int,
     budget: Budget,
 ) -> tuple[IntArray, IntArray, BoolArray, BoolArray]:
     """Dense tables over the coarsest letter classes that the edges respect; marks are those of edges if not of states.
@@ -280,11 +291,9 @@ def _as_arrays(
     Returns:
         The new class of each old one, next states, Fin and Inf marks; as in `DRA`.
     """
-    if len(edges) * n_classes <= _FEW_ENTRIES and n_pairs <= _PAIRS_IN_WORD:
-        return _as_small_arrays(edges, state_marks, n_pairs, n_classes)
     partitions: dict[tuple[int, ...], int] = {}
     kinds_of = [partitions.setdefault(tuple([e.letters for e in out]), len(partitions)) for out in edges]
-    block_of, places = grouped_partitions(list(partitions), n_classes)
+    block_of, places = grouped_partitions(list(partitions), n_before)
     budget.check_table(len(edges), len(places[0]) * max(1, n_pairs // _PAIRS_PER_ENTRY))
     first = np.cumsum([0, *map(len, edges[:-1])], dtype=np.int32)
     target = np.array([edge.target for out in edges for edge in out], dtype=np.int32)
@@ -303,24 +312,26 @@ def _as_arrays(
         taken = np.array([places[number] for number in kinds_of[rows]], dtype=np.int32) + first[rows, None]
         delta[rows] = target[taken]
         for i in range(n_pairs):
-            inf[i, rows] = signs[i][taken if state_marks is None else rows]
-            fin[i, rows] = signs[n_pairs + i][taken if state_marks is None else rows]
+            fin[i, rows] = signs[2 * i][taken if state_marks is None else rows]
+            inf[i, rows] = signs[2 * i + 1][taken if state_marks is None else rows]
     return block_of, delta, fin, inf
 
 
-def _as_small_arrays(
-    edges: Sequence[Sequence[LetterEdge]], state_marks: Sequence[int] | None, n_pairs: int, n_classes: int
-) -> tuple[IntArray, IntArray, BoolArray, BoolArray]:
-    """`_as_arrays` with lists, which are faster where tables have few entries."""
+def _as_lists(
+    edges: Sequence[Sequence[LetterEdge]], n_before: int
+) -> tuple[list[int], list[list[int]], list[list[int]]]:
+    """`_as_arrays` with lists, which are faster where tables have few entries.
+
+    Returns:
+        The new class of each old one, next states, and marks as in `DRA.edge_marks`.
+    """
     distinct = list(dict.fromkeys([edge.letters for out in edges for edge in out]))
-    block_of, by_group = grouped(distinct, n_classes)
+    block_of, by_group = grouped(distinct, n_before)
     groups = dict(zip(distinct, map(bits, by_group), strict=True))
-    n_groups = reduce(int.__or__, by_group).bit_length()
+    n_groups = n_classes(block_of)
     rows, marks = [[0] * n_groups for _ in edges], [[0] * n_groups for _ in edges]
     for out, row, seen in zip(edges, rows, marks, strict=True):
         for letters, target, mark in out:
             for group in groups[letters]:
                 row[group], seen[group] = target, mark
-    words = np.array(marks if state_marks is None else state_marks, dtype=np.int64)
-    signs = (words >> np.arange(2 * n_pairs).reshape(-1, *[1] * words.ndim) & 1).astype(np.bool_)
-    return block_of, np.array(rows, dtype=np.int32), signs[n_pairs:], signs[:n_pairs]
+    return block_of if isinstance(block_of, list) else block_of.tolist(), rows, marks

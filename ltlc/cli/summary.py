@@ -57,8 +57,8 @@ def as_data(dra: DRA | DFA | OmegaAutomaton) -> dict[str, Any]:
         "pairs": [{"B": sorted(map(_plain, pair.fin)), "G": sorted(map(_plain, pair.inf))} for pair in dra.pairs],
         "deadlocks": list(dra.deadlocks),
         "accepting_sinks": list(dra.accepting_sinks),
-        "scc": notes.scc.tolist(),
-        "distance": notes.distance.tolist(),
+        "scc": list(notes.components),
+        "distance": list(notes.distances),
     }
 
 
@@ -105,7 +105,7 @@ def _facts(dra: DRA | DFA) -> Table:
     facts = {
         "automaton": f"{kind}, {dra.size}",
         "propositions": " ".join(str(Proposition(name)) for name in dra.aps) or "none",
-        "letters": f"{len(dra.letter_class)}, of which it tells {dra.n_classes} apart",
+        "letters": f"{dra.alphabet.numbers.size}, of which it tells {dra.n_classes} apart",
         "class": "formula about finite traces" if is_finite else _hierarchy_class(dra) or "unknown",
         "translator": dra.translator or "unknown",
         "accepted runs": "end in a state with +0" if is_finite else _condition(dra.n_pairs),
@@ -132,7 +132,7 @@ def _states(dra: DRA | DFA) -> Table:
 
     def component(state: int) -> str:
         if isinstance(notes, Annotations):
-            return f"{notes.scc[state]} {notes.scc_kinds[notes.scc[state]]}"
+            return f"{notes.components[state]} {notes.scc_kinds[notes.components[state]]}"
         return ""
 
     rows: list[list[str]] = [[] for _ in range(dra.n_states)]
@@ -144,7 +144,7 @@ def _states(dra: DRA | DFA) -> Table:
                 f"{'→ ' if state == dra.initial_state else ''}{state}",
                 _marks(*state_marks(dra, state)).strip(),
                 component(state),
-                str(notes.distance[state]) if notes.distance[state] >= 0 else "∞",
+                str(notes.distances[state]) if notes.distances[state] >= 0 else "∞",
                 "\n".join(leads),
             ),
             style="red" if state in dra.deadlocks else "green" if state in dra.accepting_sinks else "",

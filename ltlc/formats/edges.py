@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.alphabet import letter_classes, truth_column
 from ltlc.automata.finite import DFA
 from ltlc.automata.possible import LetterNumbers
-from ltlc.automata.rabin import DRA, BoolArray, IntArray
+from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.graph import bits
@@ -49,19 +47,12 @@ def edges(automaton: DRA | DFA) -> list[LabelledEdge]:
 
     The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
     """
-    order = np.argsort(automaton.alphabet.first_letter, kind="stable")
-    table, shift = automaton.delta[:, order].astype(np.int64), 2 * automaton.n_pairs
-    if automaton.acceptance == "transition":
-        # Target and marks as one number, which has more than 63 bits only where there are many pairs.
-        table = (table if shift <= _MARKS else table.astype(object)) << shift | automaton.marks[:, order]
-    else:
-        shift = 0
-    grouped = _grouped if table.dtype != np.object_ and table.shape[1] >= _WIDE else _grouped_one_by_one
+    shift = 2 * automaton.n_pairs if automaton.acceptance == "transition" else 0
     pairs: dict[int, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     result: list[LabelledEdge] = []
-    for source, row in enumerate(table):
+    for source, groups in enumerate(_groups(automaton, shift)):
         check_time()
-        for code, classes in grouped(row, order):
+        for code, classes in groups:
             target, mark = code >> shift, code & (1 << shift) - 1
             if mark not in pairs:
                 pairs[mark] = _pairs_with(mark, 0), _pairs_with(mark, 1)
@@ -69,10 +60,28 @@ def edges(automaton: DRA | DFA) -> list[LabelledEdge]:
     return result
 
 
-def _grouped_one_by_one(row: npt.NDArray[Any], classes: npt.NDArray[Any]) -> Iterable[tuple[int, list[int]]]:
+def _groups(automaton: DRA | DFA, shift: int) -> Iterator[Iterable[tuple[int, list[int]]]]:
+    """For each state, its moves with their letter classes; a move is the next state, shifted, and marks."""
+    if isinstance(automaton, DRA) and automaton.is_listed:
+        by_letter = automaton.alphabet.by_first_letter
+        marks = automaton.edge_marks if shift else [[0] * automaton.n_classes] * automaton.n_states
+        for row, seen in zip(automaton.rows, marks, strict=True):
+            yield _grouped_one_by_one([row[c] << shift | seen[c] for c in by_letter], by_letter)
+        return
+    order = np.argsort(automaton.alphabet.first_letter, kind="stable")
+    table = automaton.delta[:, order].astype(np.int64)
+    if shift and isinstance(automaton, DRA):
+        # Target and marks as one number, which has more than 63 bits only where there are many pairs.
+        table = (table if shift <= _MARKS else table.astype(object)) << shift | automaton.marks[:, order]
+    is_wide = table.dtype != np.object_ and table.shape[1] >= _WIDE
+    for codes in table:
+        yield _grouped(codes, order) if is_wide else _grouped_one_by_one(codes.tolist(), order.tolist())
+
+
+def _grouped_one_by_one(row: Sequence[int], classes: Sequence[int]) -> Iterable[tuple[int, list[int]]]:
     """The classes of each value of a row, in the order of their first ones."""
     groups: dict[int, list[int]] = {}
-    for code, c in zip(row.tolist(), classes.tolist(), strict=True):
+    for code, c in zip(row, classes, strict=True):
         groups.setdefault(code, []).append(c)
     return groups.items()
 
@@ -93,6 +102,9 @@ def state_marks(automaton: DRA | DFA, state: int) -> tuple[tuple[int, ...], tupl
     """The pairs whose fin, and those whose inf, contain the state; empty where acceptance is on transitions."""
     if automaton.acceptance == "transition":
         return (), ()
+    if isinstance(automaton, DRA) and automaton.is_listed:
+        marks: int = automaton.mark_lists[state]
+        return _pairs_with(marks, 0), _pairs_with(marks, 1)
     return _indices(automaton.fin[:, state]), _indices(automaton.inf[:, state])
 
 

@@ -13,8 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Literal, overload
 
-import numpy as np
-
+from ltlc.arrays import np
 from ltlc.automata.acceptance import NEVER, Acceptance, Clause, TooManyClausesError
 from ltlc.automata.alphabet import truth_table
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized

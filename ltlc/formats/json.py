@@ -11,12 +11,11 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
+from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.alphabet import guard_text
 from ltlc.automata.finite import DFA, from_table
 from ltlc.automata.possible import MAX_APS, LetterNumbers, Possible
-from ltlc.automata.rabin import DRA, AcceptanceKind, BoolArray, IntArray
+from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.budget import check_time
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, edges, letters_of, tabulate
@@ -32,7 +31,7 @@ def to_json(automaton: DRA | DFA) -> str:
     names = automaton.state_names
     deadlocks, sinks = automaton.deadlocks, automaton.accepting_sinks
     states: list[dict[str, Any]] = []
-    for q, distance in enumerate(automaton.annotations.distance.tolist()):
+    for q, distance in enumerate(automaton.annotations.distances):
         state: dict[str, Any] = {"id": q}
         if names is not None:
             state["name"] = names[q]

@@ -6,9 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from ltlc.arrays import np, npt
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import SIMPLE_MARKS, Component, simplify_marks
@@ -134,8 +132,7 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
     The marks are simple: structures are made with such marks, or are those of the automaton.
     """
     automaton = found.automaton
-    first = np.unique(found.language, return_index=True)[1]
-    rows = found.language[automaton.delta[first]].tolist()
+    rows = found.rows
     states: list[tuple[int, int]] = []  # (part or -1, state of the part or residual)
     number: dict[tuple[int, int], int] = {}
     entry: dict[int, int] = {}  # residual -> some state
@@ -176,7 +173,7 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
         delta=delta,
         fin=fin,
         inf=inf,
-        initial_state=entry[int(found.language[automaton.initial_state])],
+        initial_state=entry[found.language[automaton.initial_state]],
         state_names=None,
     )
     smaller = canonical(result)

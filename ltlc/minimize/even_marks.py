@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations
 from typing import NamedTuple
-
-import numpy as np
-import numpy.typing as npt
 
 from ltlc.automata.acceptance import exactly_one, rabin_accepts
 from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
@@ -51,18 +47,12 @@ def even_marks(automaton: DRA) -> EvenMarks:
     is_complete = all(part.is_complete for part in evened)
     if SIMPLE_MARKS in automaton.forms and all(new == edge[2] for edge, new in marks.items()):
         return EvenMarks(automaton, is_complete)
-    table: npt.NDArray[np.int64] = np.array(
-        [
-            [marks.get((q, target, old), 0) for target, old in zip(row, old_marks, strict=True)]
-            for q, (row, old_marks) in enumerate(zip(automaton.rows, automaton.edge_marks, strict=True))
-        ],
-        dtype=np.int64 if automaton.n_pairs <= 31 else object,
-    )
-    fin = np.array([table >> 2 * i & 1 for i in range(automaton.n_pairs)], dtype=np.bool_)
-    inf = np.array([table >> 2 * i + 1 & 1 for i in range(automaton.n_pairs)], dtype=np.bool_)
-    languages = automaton.languages if automaton.has_languages else None
-    shape = automaton.fin.shape
-    changed = replace(automaton, fin=fin.reshape(shape), inf=inf.reshape(shape)).annotated(languages=languages)
+    table = [
+        [marks.get((q, target, old), 0) for target, old in zip(row, old_marks, strict=True)]
+        for q, (row, old_marks) in enumerate(zip(automaton.rows, automaton.edge_marks, strict=True))
+    ]
+    languages = automaton.language_numbers if automaton.has_languages else None
+    changed = automaton.with_marks(table, automaton.n_pairs).annotated(languages=languages)
     is_canonical = CANONICAL in automaton.forms and tells_columns_apart(changed)
     with overtime(Overtime.SPLIT):
         changed = changed.annotated(CANONICAL) if is_canonical else canonical(changed)

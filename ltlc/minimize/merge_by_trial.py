@@ -7,15 +7,14 @@ from contextlib import suppress
 from operator import add
 from typing import NamedTuple
 
-import numpy as np
-
 from ltlc import graph
+from ltlc.arrays import IntArray, np
 from ltlc.automata.acceptance import exactly_one
 from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import accepting_walk
 from ltlc.automata.languages import can_decide_languages, equivalent_states
-from ltlc.automata.partition import IntArray, number_blocks
+from ltlc.automata.partition import number_blocks
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 from ltlc.errors import TimeLimitExceeded
@@ -110,7 +109,7 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
             entered[old] = new
             kept = graph.reachable(entered[current.delta], [int(entered[current.initial_state])])
             language, names = language[kept], [names[q] for q in kept]
-            current, merged, until = canonical(current, entered), True, effort
+            current, merged, until = canonical(current, entered.tolist()), True, effort
             trial.goes_on(current, kept)
             yield current
             break
@@ -303,7 +302,14 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
         automaton: all of its states can be reached.
         other: the equivalent automaton.
     """
-    columns = other.letter_class[automaton.alphabet.first_letter].tolist()
+    ours, theirs = automaton.alphabet.classes, other.alphabet.classes
+    if isinstance(ours, list) and isinstance(theirs, list):
+        first: dict[int, int] = {}
+        for c, their_class in zip(ours, theirs, strict=True):
+            first.setdefault(c, their_class)
+        columns = [first[c] for c in range(automaton.n_classes)]
+    else:
+        columns = other.letter_class[automaton.alphabet.first_letter].tolist()
     twin = {automaton.initial_state: other.initial_state}
     order = [automaton.initial_state]
     for state in order:  # grows while it is read

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from contextlib import suppress
 
-import numpy as np
-
 from ltlc.automata.canonical import CANONICAL, canonical
-from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, equivalent_states
+from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, language_numbers
 from ltlc.automata.marks import SIMPLE_MARKS, simplify_marks
-from ltlc.automata.partition import number_blocks, refine
+from ltlc.automata.partition import number_blocks, refine, refine_rows
 from ltlc.automata.rabin import DRA
 from ltlc.errors import TimeLimitExceeded
 from ltlc.minimize.lower_bound import proven_least
@@ -78,14 +76,18 @@ def merge_bisimilar(automaton: DRA) -> DRA:
     """
     if QUOTIENT in automaton.forms or (can_decide_languages(automaton) and automaton.n_languages == automaton.n_states):
         return automaton
-    marks: Iterable[object] = map(tuple, automaton.edge_marks)
-    if automaton.acceptance == "state":
-        marks = (fin.tobytes() + inf.tobytes() for fin, inf in zip(automaton.fin.T, automaton.inf.T, strict=True))
-    block = refine(automaton.delta, number_blocks(marks))
-    first = np.unique(block, return_index=True)[1]
-    if len(first) == automaton.n_states:
+    marks: Iterable[Hashable] = automaton.mark_lists
+    if automaton.acceptance == "transition":
+        marks = map(tuple, automaton.edge_marks)
+    if automaton.is_listed:
+        block = refine_rows(automaton.rows, marks)
+    else:
+        block = refine(automaton.delta, number_blocks(marks)).tolist()
+    if max(block) + 1 == automaton.n_states:
         return automaton.annotated(QUOTIENT)
-    merged = canonical(automaton, first[block].astype(np.int32)).annotated(QUOTIENT)
+    first: dict[int, int] = {}
+    entered = [first.setdefault(b, q) for q, b in enumerate(block)]
+    merged = canonical(automaton, entered).annotated(QUOTIENT)
     return merged.annotated(SIMPLE_MARKS) if SIMPLE_MARKS in automaton.forms else merged
 
 
@@ -97,13 +99,12 @@ def merge_equivalent(automaton: DRA) -> DRA:
     `MAX_PRODUCT_EDGES`.
     """
     exact = automaton.has_languages or can_decide_languages(automaton)
-    classes = automaton.languages if exact else equivalent_states(automaton, MAX_PRODUCT_EDGES)
-    scc = np.array(automaton.scc)
+    languages = automaton.language_numbers if exact else language_numbers(automaton, MAX_PRODUCT_EDGES)
+    scc = automaton.scc
     best: dict[int, int] = {}
-    for state, language in enumerate(classes.tolist()):
+    for state, language in enumerate(languages):
         if language not in best or scc[state] > scc[best[language]]:
             best[language] = state
-    entered = np.array([best[language] for language in classes.tolist()], dtype=np.int32)
-    stays = scc[entered] == scc
-    entered[stays] = np.flatnonzero(stays)
-    return automaton if stays.all() else canonical(automaton, entered)
+    last = [best[language] for language in languages]
+    entered = [state if scc[q] == scc[state] else q for state, q in enumerate(last)]
+    return automaton if entered == list(range(automaton.n_states)) else canonical(automaton, entered)

@@ -12,12 +12,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from ltlc import graph
 from ltlc.automata.acceptance import rabin_accepts, recurring_marks
 from ltlc.automata.canonical import CANONICAL, canonical
-from ltlc.automata.partition import IntArray
 from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_type import CycleGraph
 from ltlc.budget import check_time
@@ -107,41 +104,45 @@ class Residuals:
 
     automaton: DRA
     """the automaton, canonical."""
-    language: IntArray
-    """shape (n_states,), int32; entry = residual of the state, numbered by their first states."""
+    language: list[int]
+    """the residual of each state, numbered by their first states."""
+    rows: list[list[int]]
+    """the next residual for each residual and letter class."""
     parts: tuple[Part, ...]
     """non-trivial strong components, in topological order."""
 
     @property
     def n_residuals(self) -> int:
         """Number of residuals: no deterministic automaton for the language has fewer states."""
-        return int(self.language.max()) + 1
+        return len(self.rows)
 
 
 def residuals(automaton: DRA) -> Residuals:
     """The residual automaton of the language of a Rabin automaton."""
     if CANONICAL not in automaton.forms:
         automaton = canonical(automaton)
-    language = automaton.languages
-    first = np.unique(language, return_index=True)[1]
-    rows = language[automaton.delta[first]]
+    language = automaton.language_numbers
+    first: dict[int, int] = {}
+    for q, residual in enumerate(language):
+        first.setdefault(residual, q)
+    rows = [[language[target] for target in automaton.rows[q]] for q in first.values()]
     component = graph.strong_components(rows)
     parts = []
     for members in graph.component_members(component):
         inside = set(members)
-        if inside & {target for q in members for target in rows[q].tolist()}:
+        if any(not inside.isdisjoint(rows[q]) for q in members):
             parts.append(_part(automaton, language, members))
-    return Residuals(automaton, language, tuple(parts))
+    return Residuals(automaton, language, rows, tuple(parts))
 
 
-def _part(automaton: DRA, language: IntArray, members: Sequence[int]) -> Part:
+def _part(automaton: DRA, language: Sequence[int], members: Sequence[int]) -> Part:
     """The states of the last strong component that maps into these residuals; it covers them all."""
-    scc = np.array(automaton.scc)
-    last = int(scc[np.isin(language, members)].max())
-    states = np.flatnonzero(scc == last).tolist()
+    here = set(members)
+    last = max(c for c, residual in zip(automaton.scc, language, strict=True) if residual in here)
+    states = [q for q, c in enumerate(automaton.scc) if c == last]
     index = {q: i for i, q in enumerate(states)}
     local = {residual: i for i, residual in enumerate(members)}
-    residual_of = tuple(local[int(language[q])] for q in states)
+    residual_of = tuple(local[language[q]] for q in states)
 
     columns: dict[tuple[tuple[int, int], ...], int] = {}
     column = []

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from ltlc.automata.partition import IntArray, number_blocks, pairs_within
+from ltlc.arrays import IntArray, np
+from ltlc.automata.partition import number_blocks, pairs_within
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 from typing import NamedTuple
-
-import numpy as np
 
 from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
 from ltlc.automata.languages import can_decide_languages
@@ -62,7 +59,7 @@ def to_state_based(
             automaton = canonical(automaton)
     with suppress(TimeLimitExceeded):
         least = max(least, proven_least(automaton, "state"))
-    distinct: dict[tuple[bytes, ...], DRA] = {}
+    distinct: dict[object, DRA] = {}
     for way in (automaton, *others):
         distinct.setdefault(_tables(way), way)
     ways = sorted(distinct.values(), key=_n_copies)
@@ -96,8 +93,12 @@ def to_state_based(
     return smallest
 
 
-def _tables(automaton: DRA) -> tuple[bytes, ...]:
-    """Equal for automata that are the same."""
+def _tables(automaton: DRA) -> object:
+    """Equal for automata that are the same and come from the same kind of tables."""
+    if automaton.is_listed:
+        classes = automaton.alphabet.classes
+        lists = map(tuple, automaton.rows + automaton.mark_lists)
+        return automaton.n_pairs, tuple(classes) if isinstance(classes, list) else classes.tobytes(), *lists
     arrays = automaton.delta, automaton.letter_class, automaton.fin, automaton.inf
     return tuple(array.tobytes() for array in arrays)
 
@@ -137,7 +138,7 @@ def _with_languages(automaton: DRA, reference: DRA) -> DRA:
         return automaton
     with suppress(TimeLimitExceeded):
         if reference.has_languages or can_decide_languages(reference):
-            return automaton.annotated(languages=reference.languages[twins(automaton, reference)])
+            return automaton.annotated(languages=[reference.language_numbers[q] for q in twins(automaton, reference)])
     return automaton
 
 
@@ -176,17 +177,7 @@ def _split(automaton: DRA, budget: Budget, once: bool = False) -> DRA:
                 order.append(node)
             delta[-1].append(number[node])
 
-    fin = [[bool(entry >> 2 * i & 1) for _, entry in order] for i in range(automaton.n_pairs)]
-    inf = [[bool(entry >> 2 * i + 1 & 1) for _, entry in order] for i in range(automaton.n_pairs)]
-    split = replace(
-        automaton,
-        delta=np.array(delta, dtype=np.int32),
-        fin=np.array(fin, dtype=np.bool_).reshape(-1, len(order)),
-        inf=np.array(inf, dtype=np.bool_).reshape(-1, len(order)),
-        initial_state=0,
-        acceptance="state",
-        state_names=None,
-    )
+    split = automaton.with_tables(delta, [entry for _, entry in order], 0, "state")
     if once:
         return split.annotated(CANONICAL) if CANONICAL in automaton.forms and tells_columns_apart(split) else split
     forms = {SIMPLE_MARKS, MERGED, CANONICAL} & automaton.forms

@@ -15,8 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import reduce
 
-import numpy as np
-
+from ltlc.arrays import np
 from ltlc.automata.acceptance import ALWAYS, NEVER
 from ltlc.automata.emerson_lei import EmersonLei, explore, quotient, refine
 from ltlc.automata.finite import DFA
@@ -91,7 +90,9 @@ def translate_finite(
         for edge in edges:
             delta[q, list(bits(edge.letters))] = edge.target
     accepting = np.array([condition == ALWAYS for condition in smallest.acceptance])
-    return DFA(letters.aps, delta, letters.letter_class, accepting, formula=text, possible=possible).canonical()
+    return DFA(
+        letters.aps, delta, np.asarray(letters.letter_class), accepting, formula=text, possible=possible
+    ).canonical()
 
 
 class _Progression:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from ltlc.arrays import np
 from ltlc.automata.acceptance import Acceptance, Clause, rabin
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized, merged
 from ltlc.automata.omega import OmegaAutomaton, aligned, edges_of, shared
@@ -149,5 +150,12 @@ def _made(
     text: str,
 ) -> OmegaAutomaton:
     return OmegaAutomaton(
-        source.aps, source.letter_class, edges, n_sets, condition, form, formula=text, possible=source.possible
+        source.aps,
+        np.asarray(source.letter_class, dtype=np.int32),
+        edges,
+        n_sets,
+        condition,
+        form,
+        formula=text,
+        possible=source.possible,
     )

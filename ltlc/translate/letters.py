@@ -10,10 +10,8 @@ from collections.abc import Mapping
 from functools import reduce
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-from ltlc.automata.alphabet import grouped
+from ltlc.arrays import Numbers
+from ltlc.automata.alphabet import grouped, n_classes
 from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.budget import check_time
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder
@@ -25,7 +23,8 @@ class Letters(NamedTuple):
     """The possible letters, grouped into the classes that a formula tells apart."""
 
     aps: tuple[str, ...]
-    letter_class: npt.NDArray[np.int32]
+    letter_class: Numbers
+    """the class of each letter; a list where there are few."""
     n_classes: int
     sets: Mapping[Formula, int]
     """the letter set of each Boolean subformula that no larger one contains."""
@@ -64,7 +63,7 @@ def letters_of(formula: Formula, aps: tuple[str, ...], possible: Possible | None
         if f not in truth:
             maximal.update((arg, None) for arg in f.args if arg in truth)
     letter_class, sets = grouped([truth[f] for f in maximal], numbers.size)
-    return Letters(aps, letter_class, int(letter_class.max()) + 1, dict(zip(maximal, sets, strict=True)), possible)
+    return Letters(aps, letter_class, n_classes(letter_class), dict(zip(maximal, sets, strict=True)), possible)
 
 
 def _truth(f: Formula, truth: dict[Formula, int], numbers: LetterNumbers) -> int:

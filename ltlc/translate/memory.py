@@ -15,8 +15,7 @@ from collections.abc import Iterator
 from functools import cache, reduce
 from typing import NamedTuple
 
-import numpy as np
-
+from ltlc.arrays import np
 from ltlc.automata.emerson_lei import EmersonLei, explore
 from ltlc.budget import Budget, check_time
 from ltlc.ltl import (

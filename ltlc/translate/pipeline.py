@@ -6,12 +6,11 @@ What makes an automaton smaller is imported where it is used: to load it takes l
 from __future__ import annotations
 
 from contextlib import ExitStack, suppress
-from dataclasses import replace
-from functools import partial
+from functools import partial, reduce
+from operator import or_
 from typing import NamedTuple
 
-import numpy as np
-
+from ltlc.arrays import np
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei
 from ltlc.automata.languages import can_decide_languages
@@ -156,9 +155,11 @@ def _state_based(best: Candidate, problem: Problem, budget: Budget) -> DRA:
     """The candidate with marks on states."""
     automaton = best.automaton
     if best.weak:
-        return replace(
-            automaton, acceptance="state", fin=np.any(automaton.fin, axis=2), inf=np.any(automaton.inf, axis=2)
-        )
+        if automaton.is_listed:
+            marks = [reduce(or_, row) for row in automaton.edge_marks]
+        else:
+            marks = np.bitwise_or.reduce(automaton.marks, axis=1).tolist()
+        return automaton.with_marks(marks, automaton.n_pairs, "state")
     from ltlc.automata.marks import SIMPLE_MARKS
     from ltlc.minimize import to_state_based
     from ltlc.minimize.merge_by_trial import EFFORT

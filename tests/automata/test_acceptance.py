@@ -74,17 +74,16 @@ def cycle_memory(condition: Acceptance, edges: list[MarkedEdge]) -> CycleMemory:
 def run_memory(memory: Counters | CycleMemory, cycle: list[MarkedEdge]) -> bool:
     """Whether the pairs accept the cycle taken for ever."""
     at = memory.start(cycle[0][0])
-    rounds: list[list[tuple[int, int]]] = []
+    rounds: list[list[int]] = []
     starts: list[int] = []
     while at not in starts:
         starts.append(at)
         rounds.append([])
         for edge in cycle:
-            at, fins, infs = memory.move(at, edge)
-            rounds[-1].append((fins, infs))
-    seen = [marks for marks_of_round in rounds[starts.index(at) :] for marks in marks_of_round]
-    fins, infs = (fold(int.__or__, column) for column in zip(*seen, strict=True))
-    return any(infs >> i & 1 and not fins >> i & 1 for i in range(memory.n_pairs))
+            at, marks = memory.move(at, edge)
+            rounds[-1].append(marks)
+    seen = fold(int.__or__, [marks for of_round in rounds[starts.index(at) :] for marks in of_round])
+    return any(seen >> 2 * i & 3 == 2 for i in range(memory.n_pairs))
 
 
 def test_pairs_express_any_condition_on_any_component() -> None:

@@ -133,7 +133,7 @@ def test_grouped_positions_are_those_that_no_table_tells_apart(size: int) -> Non
     group, sets = grouped(tables, size)
     keys = [tuple(table >> k & 1 for table in tables) for k in range(size)]
     first = [keys.index(key) for key in dict.fromkeys(keys)]
-    assert group.tolist() == [list(dict.fromkeys(keys)).index(key) for key in keys]
+    assert list(group) == [list(dict.fromkeys(keys)).index(key) for key in keys]
     assert sets == [sum(1 << g for g, k in enumerate(first) if table >> k & 1) for table in tables]
 
 

@@ -30,7 +30,9 @@ OTHER_WAYS = [
 class TestProcess:
     @pytest.mark.slow
     @pytest.mark.parametrize(("arguments", "heavy"), [
-        (["compile", "F a"], ["typer", "rich", *OTHER_WAYS]),
+        (["compile", "F a"], ["typer", "rich", "numpy", *OTHER_WAYS]),
+        (["compile", "F(a & F b) & G !c", "-o", "dra.json"], ["typer", "rich", "numpy", *OTHER_WAYS]),
+        (["compile", "a U (b & X c)", "--format", "hoa"], ["typer", "rich", "numpy"]),
         (["compile", PHI_1], ["typer", "rich"]),
         (["compile", PHI_1, "-o", "dra.json"], ["typer", "rich"]),
         (["compile", PHI_1, "--format", "hoa"], ["typer", "rich", "ltlc.formats.hoa_reader", "ltlc.formats.dot"]),

@@ -48,7 +48,20 @@ FLOORS = {
 
 # Modules that stand by themselves and make one part.
 SAME_PART = dict.fromkeys(
-    ("atomic", "board", "budget", "errors", "graph", "lazy", "notebook", "registry", "scene", "splitmix", "version"),
+    (
+        "arrays",
+        "atomic",
+        "board",
+        "budget",
+        "errors",
+        "graph",
+        "lazy",
+        "notebook",
+        "registry",
+        "scene",
+        "splitmix",
+        "version",
+    ),
     "foundation",
 )
 SAME_PART |= dict.fromkeys(("many", "monitor", "task"), "compiler")
