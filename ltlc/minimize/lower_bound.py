@@ -6,6 +6,7 @@ from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.minimize.residuals import Part, residuals
+from ltlc.minimize.safe_classes import least_for_recurrence
 
 _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
@@ -39,7 +40,8 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     One for each residual; one more if the component of the residual automaton cannot carry a Rabin condition. More if
     some residual needs several copies: let there be a set of labels whose cycles are all accepted, and in it rejected
     cycles through one residual, no two of them in a larger rejected one. The states that the first takes for ever and
-    those that the second takes have nothing in common, or both together would be rejected too.
+    those that the second takes have nothing in common, or both together would be rejected too. And what
+    `least_for_recurrence` says.
 
     References:
         A. Casares: On the Minimisation of Transition-Based Rabin Automata and the Chromatic Memory Requirements of
@@ -54,7 +56,7 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     if not isinstance(rabin_condition(cycles, max_nodes=cycles.affordable(_MAX_NODES)), Conflict):
         return n_residuals
     copies = _Copies(cycles).needed(cycles.labels())
-    return max(n_residuals + 1, sum(copies.values()))
+    return max(n_residuals + 1, sum(copies.values()), least_for_recurrence(part))
 
 
 class _Copies:

@@ -64,6 +64,9 @@ _CLOSE = 4
 _LARGE, _SMALL = 100, 20
 """With more states than the first number, the automaton of the first construction waits for those of the undivided
 formula; with no more than the second one, it is good enough for some."""
+_CROWDED = 12
+"""With more states than this for each language, it waits for the other constructions: many pairs of states would be
+tried, and others often have fewer to begin with."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -85,6 +88,8 @@ class Candidate(NamedTuple):
     """what its pairs were formed from."""
     letters: Letters
     """those of `emerson_lei`."""
+    is_bounded: bool = False
+    """whether more than the number of languages was asked for `least`."""
 
     @property
     def smallest(self) -> bool:
@@ -213,11 +218,14 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if is_first:
                         spare.enter_context(_spare_time(problem))
                     check_time()
-                    if is_promising and found.automaton.n_states > _LARGE and further():
+                    n_states = found.automaton.n_states if is_promising else 0
+                    is_small = 0 < n_states <= _SMALL and first_is_best_if_small(closure, problem.options)
+                    is_large = n_states > _LARGE and bool(further())
+                    if is_large or (waiting and n_states > _CROWDED * found.least and not is_small):
                         postponed.append(found)
-                        waiting[:0] = further()
+                        waiting[:0] = further() if is_large else []
                         continue
-                    best = _tried(found, best, problem, prove=is_first or bool(postponed))
+                    best = _tried(found, best, problem)
                 except TimeLimitExceeded:
                     if best is None:
                         raise
@@ -228,13 +236,12 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     if limit == budget.max_states and best is None and not waiting:
                         raise
                     continue
-                is_small = is_promising and found.automaton.n_states <= _SMALL
-                if best.smallest or (is_small and first_is_best_if_small(closure, problem.options)):
+                if best.smallest or is_small:
                     break
             if best is not None:
                 with suppress(TimeLimitExceeded):
                     for found in () if best.smallest else postponed:
-                        best = _tried(found, best, problem, prove=found.automaton is best.automaton)
+                        best = _tried(found, best, problem)
                 return best
     raise AssertionError("the last round returns or raises")
 
@@ -247,12 +254,12 @@ def _further(problem: Problem, closure: Closure, budget: Budget) -> list[tuple[s
     return [(name, undivided) for name in names if is_new or name not in worth_trying(closure, problem.options)]
 
 
-def _tried(found: Candidate, best: Candidate, problem: Problem, *, prove: bool) -> Candidate:
+def _tried(found: Candidate, best: Candidate, problem: Problem) -> Candidate:
     """The smaller one of the best candidate and what another one can be made into, unless that is hopeless."""
     hopeless = found.automaton.n_states > _HOPELESS * best.automaton.n_states + _CLOSE
     if problem.options.effort == "fast" or hopeless:
         return best
-    return _smaller(best, _improved(found._replace(least=best.least), problem, prove=prove))
+    return _smaller(best, _improved(found._replace(least=best.least, is_bounded=best.is_bounded), problem))
 
 
 def _spare_time(problem: Problem) -> TimeLimit:
@@ -264,7 +271,7 @@ def _spare_time(problem: Problem) -> TimeLimit:
 def _smaller(old: Candidate, new: Candidate) -> Candidate:
     """The candidate with fewer states, or as many and fewer pairs, with what is known from both."""
     chosen = min(old, new, key=lambda c: (c.automaton.n_states, c.automaton.n_pairs))
-    return chosen._replace(least=max(old.least, new.least))
+    return chosen._replace(least=max(old.least, new.least), is_bounded=old.is_bounded or new.is_bounded)
 
 
 def _build(construction: Construction, problem: Problem, budget: Budget, closure: Closure) -> Candidate:
@@ -290,22 +297,22 @@ def _paired(emerson_lei: EmersonLei, letters: Letters, budget: Budget, way: Way 
     return automaton.annotated(CANONICAL)
 
 
-def _improved(found: Candidate, problem: Problem, *, prove: bool) -> Candidate:
+def _improved(found: Candidate, problem: Problem) -> Candidate:
     """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
 
-    What is merged by trial is not normalized again.
+    What is merged by trial is not normalized again. A proof that there are no smaller automata is looked for once: it
+    depends on the language alone.
 
     Args:
         found: what a construction gave.
         problem: many pairs split states if the acceptance of its automaton is to be on states.
-        prove: whether to look for a proof that there are no smaller automata; it depends on the language alone.
     """
-    automaton, least = found.automaton, found.least
-    if prove and not found.smallest and can_decide_languages(automaton):
+    automaton, least, is_bounded = found.automaton, found.least, found.is_bounded
+    if not is_bounded and not found.smallest and can_decide_languages(automaton):
         from ltlc.minimize import collapse
 
         collapsed = collapse(automaton)
-        least = max(least, collapsed.lower_bound)
+        least, is_bounded = max(least, collapsed.lower_bound), True
         if collapsed.automaton.n_pairs <= automaton.n_pairs or (
             problem.options.acceptance == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton)
         ):
@@ -314,7 +321,7 @@ def _improved(found: Candidate, problem: Problem, *, prove: bool) -> Candidate:
         from ltlc.minimize import merge_by_trial
 
         automaton = merge_by_trial(automaton, least=least, words=problem.words)
-    return found._replace(automaton=automaton, least=least)
+    return found._replace(automaton=automaton, least=least, is_bounded=is_bounded)
 
 
 def _is_worth_its_pairs(smaller: DRA, larger: DRA) -> bool:

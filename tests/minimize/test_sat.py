@@ -42,9 +42,12 @@ def sat() -> None:
         ("(F G a & G F b) | (F G c & G F d)", 1),
         ("G F a <-> G F b", 2),
         ("a U b", 3),
+        ("G F (a & X b) & G F (c & X d)", 4),
+        ("G F (a & X X X a)", 8),
+        ("G F (a & X b) & G(c -> F d)", 5),
     ],
 )
-def test_lower_bound_is_tight_where_the_verdict_depends_on_edges_alone(text: str, states: int) -> None:
+def test_lower_bound_is_tight(text: str, states: int) -> None:
     automaton = compiled(text)
     assert lower_bound(automaton) == automaton.n_states == states
 
@@ -63,6 +66,16 @@ def test_collapse_keeps_one_state_per_residual(text: str, states: int) -> None:
     assert equivalent(result.automaton, automaton)
     assert result.is_proven
     assert result.automaton.n_states == states
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["G F (a & X X X !a) | G F (!a & X X a)", "G(a -> X F(b & X b)) & G F c", "F a & G F (b & X c) | G F (d & X a)"],
+)
+def test_lower_bound_of_recurrence_is_one_of_the_language(text: str) -> None:
+    bounds = [lower_bound(compiled(text, translator=name)) for name in ("product", "safra", "dual-safra", "auto")]
+    assert len(set(bounds)) == 1
+    assert 1 < bounds[0] <= compiled(text).n_states
 
 
 @pytest.mark.slow
