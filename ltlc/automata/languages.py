@@ -47,13 +47,17 @@ class HasTable(Protocol):
         """Marks seen on each transition."""
 
     @property
+    def has_languages(self) -> bool:
+        """Whether it is known which states accept the same words."""
+
+    @property
     def alike(self) -> Sequence[int] | None:
         """Equal entries for states that are known to accept the same words, or None."""
 
 
 def can_decide_languages(a: HasTable) -> bool:
-    """Whether the automaton is so small that `equivalent_states` stays within `MAX_PRODUCT_EDGES`."""
-    return a.n_states**2 * a.n_classes <= MAX_PRODUCT_EDGES
+    """Whether languages are known, or the automaton so small that `equivalent_states` keeps to `MAX_PRODUCT_EDGES`."""
+    return a.has_languages or a.n_states**2 * a.n_classes <= MAX_PRODUCT_EDGES
 
 
 def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
@@ -63,6 +67,16 @@ def equivalent_states(a: HasTable, max_edges: int | None = None) -> IntArray:
 
 def language_numbers(a: HasTable, max_edges: int | None = None) -> list[int]:
     """Classes of states with the same language, numbered by their first states; one entry per state.
+
+    Args:
+        a: any Rabin automaton.
+        max_edges: as for `languages_within`.
+    """
+    return languages_within(a, max_edges)[0]
+
+
+def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], bool]:
+    """`language_numbers`, and whether all of them are known.
 
     Bisimilar states are merged first, and states that a short periodic word or a way to such a word tells apart are
     not looked at again. What remains is one product over all pairs of states, searched backwards from its cycles that
@@ -74,7 +88,7 @@ def language_numbers(a: HasTable, max_edges: int | None = None) -> list[int]:
             that states of one class still have the same language. None: decide all.
     """
     if a.n_states * a.n_classes <= _SMALL_AUTOMATON and _evidently_different(a):
-        return list(range(a.n_states))
+        return list(range(a.n_states)), True
     bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
@@ -82,6 +96,7 @@ def language_numbers(a: HasTable, max_edges: int | None = None) -> list[int]:
     alike = number_blocks(range(len(first)) if a.alike is None else map(a.alike.__getitem__, first.tolist()))
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
     left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
+    is_exact = len(left) == sum(n * (n - 1) for n in np.bincount(block).tolist())
     unknown = alike[left] != alike[right]
     left, right = left[unknown], right[unknown]
     node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
@@ -109,7 +124,7 @@ def language_numbers(a: HasTable, max_edges: int | None = None) -> list[int]:
 
     smallest = first_positions(alike)[alike]
     np.minimum.at(smallest, left[~different], right[~different])
-    return numbered(smallest[bisimilar].tolist())
+    return numbered(smallest[bisimilar].tolist()), is_exact
 
 
 def _evidently_different(a: HasTable) -> bool:

@@ -69,7 +69,8 @@ def collapse(automaton: DRA) -> Minimized:
     structures, bound = [], found.n_residuals
     for part in found.parts:
         least = part_lower_bound(part, automaton.acceptance)
-        structures.append(quotient(part) or source_structure(found.automaton, part))
+        smallest = quotient(part) if least == len(part.residuals) else None
+        structures.append(smallest or source_structure(found.automaton, part))
         bound += least - len(part.residuals)
     return Minimized(rebuild(found, structures), bound)
 

@@ -52,11 +52,14 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     n_residuals = len(part.residuals)
     if len(part.states) == n_residuals and part.acceptance == acceptance:
         return n_residuals
+    least = least_for_recurrence(part)
+    if least == len(part.states) and part.acceptance == acceptance:
+        return least
     cycles = part.cycle_graph(part.step, range(n_residuals), acceptance == "state")
     if not isinstance(rabin_condition(cycles, max_nodes=cycles.affordable(_MAX_NODES)), Conflict):
-        return n_residuals
+        return max(n_residuals, least)
     copies = _Copies(cycles).needed(cycles.labels())
-    return max(n_residuals + 1, sum(copies.values()), least_for_recurrence(part))
+    return max(n_residuals + 1, sum(copies.values()), least)
 
 
 class _Copies:

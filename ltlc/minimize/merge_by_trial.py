@@ -81,10 +81,7 @@ def _merging(automaton: DRA, effort: int, reference: DRA | None, split_from: DRA
     yield current
     if current.n_states * current.n_classes * _SHARE_FOR_READING > effort:
         return
-    if current.has_languages or can_decide_languages(current):
-        language = current.languages
-    else:
-        language = equivalent_states(current, effort)
+    language = current.languages if can_decide_languages(current) else equivalent_states(current, effort)
     trial = _Trial(current, current if reference is None else reference, words)
     names = list(range(current.n_states))  # of the states, in the first automaton
     origin = names if split_from is None else twins(current, split_from)

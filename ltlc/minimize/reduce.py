@@ -6,7 +6,7 @@ from collections.abc import Hashable, Iterable
 from contextlib import suppress
 
 from ltlc.automata.canonical import CANONICAL, canonical
-from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, language_numbers
+from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, languages_within
 from ltlc.automata.marks import SIMPLE_MARKS, simplify_marks
 from ltlc.automata.partition import number_blocks, refine, refine_rows
 from ltlc.automata.rabin import DRA
@@ -66,7 +66,7 @@ def merge_states(automaton: DRA) -> DRA:
     if can_decide_languages(automaton) and automaton.n_languages == automaton.n_states:
         return automaton.annotated(MERGED)
     result = merge_bisimilar(merge_equivalent(merge_bisimilar(automaton)))
-    return result.annotated(MERGED) if result.has_languages or can_decide_languages(result) else result
+    return result.annotated(MERGED) if can_decide_languages(result) else result
 
 
 def merge_bisimilar(automaton: DRA) -> DRA:
@@ -98,8 +98,11 @@ def merge_equivalent(automaton: DRA) -> DRA:
     whole components that repeat the language of later ones are not entered any more. Languages are those known within
     `MAX_PRODUCT_EDGES`.
     """
-    exact = automaton.has_languages or can_decide_languages(automaton)
-    languages = automaton.language_numbers if exact else language_numbers(automaton, MAX_PRODUCT_EDGES)
+    if can_decide_languages(automaton):
+        languages = automaton.language_numbers
+    else:
+        languages, is_exact = languages_within(automaton, MAX_PRODUCT_EDGES)
+        automaton = automaton.annotated(languages=languages) if is_exact else automaton
     scc = automaton.scc
     best: dict[int, int] = {}
     for state, language in enumerate(languages):

@@ -15,6 +15,7 @@ References:
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from ltlc import graph
@@ -23,15 +24,15 @@ from ltlc.automata.emptiness import accepting_parts
 from ltlc.budget import check_time
 from ltlc.minimize.residuals import Part
 
-_MAX_WORK = 200_000
-"""Pairs of states, times columns, up to which it is worth comparing their safe languages."""
+_MAX_WORK = 500_000
+"""Pairs of states of one residual, times columns, up to which it is worth comparing their safe languages."""
 SafeMoves = list[tuple[int, ...]]
 """Per state and column: the next state along a safe edge, else -1."""
 
 
 def least_for_recurrence(part: Part) -> int:
     """A number of states that no component for the same words goes below; 0 if they are no recurrence language."""
-    if len(part.states) ** 2 * part.n_columns > _MAX_WORK:
+    if sum(n**2 for n in Counter(part.residual_of).values()) * part.n_columns > _MAX_WORK:
         return 0
     moves = _safe_moves(part)
     if moves is None:

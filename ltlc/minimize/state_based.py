@@ -137,7 +137,7 @@ def _with_languages(automaton: DRA, reference: DRA) -> DRA:
     if automaton.has_languages:
         return automaton
     with suppress(TimeLimitExceeded):
-        if reference.has_languages or can_decide_languages(reference):
+        if can_decide_languages(reference):
             return automaton.annotated(languages=[reference.language_numbers[q] for q in twins(automaton, reference)])
     return automaton
 

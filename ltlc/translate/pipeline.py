@@ -250,8 +250,7 @@ def _further(problem: Problem, closure: Closure, budget: Budget) -> list[tuple[s
     """What comes next where the first construction gives many states: others, of the undivided formula."""
     names = worth_trying_if_large(closure, problem.options)
     undivided = problem.undivided(budget) if names else problem
-    is_new = undivided is not problem
-    return [(name, undivided) for name in names if is_new or name not in worth_trying(closure, problem.options)]
+    return [(name, undivided) for name in names] if undivided is not problem else []
 
 
 def _tried(found: Candidate, best: Candidate, problem: Problem) -> Candidate:

@@ -45,6 +45,7 @@ def sat() -> None:
         ("G F (a & X b) & G F (c & X d)", 4),
         ("G F (a & X X X a)", 8),
         ("G F (a & X b) & G(c -> F d)", 5),
+        (" & ".join(f"G(a{i} -> F b{i})" for i in range(6)), 193),
     ],
 )
 def test_lower_bound_is_tight(text: str, states: int) -> None:
