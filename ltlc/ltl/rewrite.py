@@ -27,8 +27,12 @@ No rule is known to undo another, so this is a safety net only.
 """
 
 
-def simplify(formula: Formula) -> Formula:
+def simplify(formula: Formula, done: dict[Formula, Formula] | None = None) -> Formula:
     """An equivalent formula in negation normal form that is easier to translate, mostly a smaller one.
+
+    Args:
+        formula: any.
+        done: what subformulas became in earlier calls; it grows. For those who rewrite one formula again and again.
 
     >>> from ltlc.ltl import parse
     >>> simplify(parse("F a | G F(b & F c) | X F a | F(d U a)"))
@@ -43,14 +47,13 @@ def simplify(formula: Formula) -> Formula:
     """
     root = nnf(formula)
     if root.flags & NO_PAST:
-        return _simplified(root)
+        return _simplified(root, {} if done is None else done)
     recalled = without_past(root)  # as far as the rules know, what the past says is a proposition
-    return recalled.together(_simplified(recalled.future))
+    return recalled.together(_simplified(recalled.future, {}))
 
 
-def _simplified(root: Formula) -> Formula:
+def _simplified(root: Formula, done: dict[Formula, Formula]) -> Formula:
     known = Implications()
-    done: dict[Formula, Formula] = {}
     steps = STEPS_PER_NODE * min(root.size, MAX_TREE)
     # Each entry is an original node and what it has become so far; it waits there until the operands are done.
     stack = [(root, root)]

@@ -53,7 +53,7 @@ class _TooManyStepsError(Exception):
 
 def is_low(formula: Formula) -> bool:
     """Whether it is a Boolean combination of recurrence and persistence formulas, in shape."""
-    return _Rewriting().is_low(formula)
+    return _Rewriting(0, {}).is_low(formula)
 
 
 def without_mixtures(formula: Formula) -> Formula:
@@ -72,10 +72,11 @@ def without_mixtures(formula: Formula) -> Formula:
     if is_low(formula):
         return formula
     negation = nnf(Not(formula))
+    simpler: dict[Formula, Formula] = {}
     for max_steps in _MAX_STEPS:
         found = []
         for start in (formula, negation):
-            rewriting = _Rewriting(max_steps)
+            rewriting = _Rewriting(max_steps, simpler)
             with suppress(_TooManyStepsError):
                 result = rewriting.low(start)
                 if rewriting.is_low(result):
@@ -92,8 +93,9 @@ def n_nodes(formula: Formula) -> int:
 
 
 class _Rewriting:
-    def __init__(self, max_steps: int = 0) -> None:
+    def __init__(self, max_steps: int, simpler: dict[Formula, Formula]) -> None:
         self._max_steps = max_steps
+        self._simpler = simpler
         self._levels: dict[Formula, int] = {}
         self._low: dict[tuple[Formula, bool], Formula] = {}
         self._n_steps = 0
@@ -120,7 +122,7 @@ class _Rewriting:
         if known is None:
             check_time()
             if self.is_low(formula, inside=inside):
-                simple = simplify(formula)  # which may join what was taken apart
+                simple = simplify(formula, self._simpler)  # which may join what was taken apart
                 known = simple if self.is_low(simple, inside=inside) else formula
             elif isinstance(formula, _BOOLEAN):
                 known = formula.with_args(tuple([self.low(arg, inside=inside) for arg in formula.args]))
@@ -135,10 +137,10 @@ class _Rewriting:
             raise _TooManyStepsError
         limit = next((part for part in postorder(formula) if _is_limit(part) and part is not formula), None)
         if limit is not None:
-            both = self.low(limit & _replaced(formula, limit, TRUE), inside=inside)
-            without = _replaced(formula, limit, FALSE)
+            both = self.low(limit & _replaced(formula, limit, TRUE, self._simpler), inside=inside)
+            without = _replaced(formula, limit, FALSE, self._simpler)
             return both if without is FALSE else both | self.low(without, inside=inside)
-        better = _pulled_out(formula)
+        better = _pulled_out(formula, self._simpler)
         if better is None:
             is_least = isinstance(formula, _LEAST)
             better = formula.with_args(tuple([self.low(arg, inside=inside or is_least) for arg in formula.args]))
@@ -170,15 +172,15 @@ class _Rewriting:
             goal, weak = And(*part.args), Release(*part.args)
         else:
             goal = part.args[0]
-        again = in_the_limit(simplify(Always(Eventually(goal))))
-        weaker = _replaced(body, part, weak)
+        again = in_the_limit(simplify(Always(Eventually(goal)), self._simpler))
+        weaker = _replaced(body, part, weak, self._simpler)
         if isinstance(f, Always):
             forever: Formula = Always(weaker)
         elif isinstance(f, WeakUntil):
             forever = WeakUntil(weaker, exit_)
         else:
             forever = Release(f.args[0], weaker)
-        return again & forever | Until(body, exit_ | Always(_replaced(body, part, FALSE)))
+        return again & forever | Until(body, exit_ | Always(_replaced(body, part, FALSE, self._simpler)))
 
 
 def _level(node: Formula, levels: list[int]) -> int:
@@ -204,7 +206,7 @@ def _is_limit(node: Formula) -> bool:
     )
 
 
-def _pulled_out(f: Formula) -> Formula | None:
+def _pulled_out(f: Formula, simpler: dict[Formula, Formula]) -> Formula | None:
     """The formula with a part pulled out of its operator, or None where no law applies."""
     if isinstance(f, Next):
         return None if not isinstance(f.args[0], _BOOLEAN) else f.args[0].with_args(tuple(map(Next, f.args[0].args)))
@@ -213,7 +215,7 @@ def _pulled_out(f: Formula) -> Formula | None:
         part = _part(inner, type(f))
         if part is None:
             return None
-        with_part, without = _replaced_here(inner, part, TRUE), _replaced_here(inner, part, FALSE)
+        with_part, without = (_replaced_here(inner, part, value, simpler) for value in (TRUE, FALSE))
         if isinstance(f, Always):
             return WeakUntil(without, part) & Always(with_part)
         return StrongRelease(with_part, part) | Eventually(without)
@@ -222,7 +224,7 @@ def _pulled_out(f: Formula) -> Formula | None:
     part = _part(left, operator)
     if part is None:
         return None
-    with_part, without = _replaced_here(left, part, TRUE), _replaced_here(left, part, FALSE)
+    with_part, without = (_replaced_here(left, part, value, simpler) for value in (TRUE, FALSE))
     match f:
         case WeakUntil():
             return WeakUntil(without, right | part) & WeakUntil(with_part, right)
@@ -244,13 +246,18 @@ def _part(formula: Formula, operator: type[Formula]) -> Formula | None:
 
 
 def _replaced(
-    formula: Formula, part: Formula, value: Formula, within: tuple[type[Formula], ...] | None = None
+    formula: Formula,
+    part: Formula,
+    value: Formula,
+    simpler: dict[Formula, Formula],
+    within: tuple[type[Formula], ...] | None = None,
 ) -> Formula:
-    """The formula, simplified, with a part replaced; `within` as in `fold`."""
+    """The formula, simplified, with a part replaced; `simpler` as in `simplify`, `within` as in `fold`."""
     values = {part: value}
-    return simplify(fold(formula, values, lambda node, args: node.with_args(tuple(args)) if args else node, within))
+    changed = fold(formula, values, lambda node, args: node.with_args(tuple(args)) if args else node, within)
+    return simplify(changed, simpler)
 
 
-def _replaced_here(formula: Formula, part: Formula, value: Formula) -> Formula:
+def _replaced_here(formula: Formula, part: Formula, value: Formula, simpler: dict[Formula, Formula]) -> Formula:
     """The same, but not inside of temporal operators, where the part speaks of positions at which it may differ."""
-    return _replaced(formula, part, value, _BOOLEAN)
+    return _replaced(formula, part, value, simpler, _BOOLEAN)
