@@ -20,8 +20,8 @@ from ltlc.automata.emerson_lei import LetterEdge, merged
 from ltlc.budget import check_time
 from ltlc.graph import bits
 
-_MAX_WORK = 1 << 18
-"""Steps of a search for simulations, some hundredths of a second; where more would be needed, it is given up."""
+_MAX_WORK = 1 << 20
+"""Steps of a search for simulations, some tenths of a second; where more would be needed, it is given up."""
 _MANY = 64
 """A move that is compared with more others than this asks for the time."""
 

@@ -6,7 +6,7 @@ from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.minimize.residuals import Part, residuals
-from ltlc.minimize.safe_classes import least_for_recurrence
+from ltlc.minimize.safe_classes import least_by_safe_edges
 
 _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
@@ -41,7 +41,7 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     some residual needs several copies: let there be a set of labels whose cycles are all accepted, and in it rejected
     cycles through one residual, no two of them in a larger rejected one. The states that the first takes for ever and
     those that the second takes have nothing in common, or both together would be rejected too. And what
-    `least_for_recurrence` says.
+    `least_by_safe_edges` says.
 
     References:
         A. Casares: On the Minimisation of Transition-Based Rabin Automata and the Chromatic Memory Requirements of
@@ -52,7 +52,7 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     n_residuals = len(part.residuals)
     if len(part.states) == n_residuals and part.acceptance == acceptance:
         return n_residuals
-    least = least_for_recurrence(part)
+    least = least_by_safe_edges(part)
     if least == len(part.states) and part.acceptance == acceptance:
         return least
     cycles = part.cycle_graph(part.step, range(n_residuals), acceptance == "state")

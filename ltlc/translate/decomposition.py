@@ -7,6 +7,7 @@ from contextlib import suppress
 from functools import reduce
 
 from ltlc.automata.acceptance import ALWAYS, NEVER, Acceptance, TooManyClausesError
+from ltlc.automata.buchi import BuchiAutomaton
 from ltlc.automata.emerson_lei import EmersonLei, complement, localized, reduced
 from ltlc.budget import Budget, check_time
 from ltlc.translate.closure import Closure
@@ -134,17 +135,23 @@ class Determinized:
 def safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
     """Tableau and Safra trees."""
     from ltlc.translate.safra import determinize
-    from ltlc.translate.tableau import tableau
 
-    return determinize(tableau(closure, node, budget), budget)
+    return determinize(_nondeterministic(closure, node, budget), budget)
 
 
 def dual_safra(closure: Closure, node: int, budget: Budget) -> EmersonLei:
     """Tableau and Safra trees for the negation, then the complement."""
     from ltlc.translate.safra import determinize
-    from ltlc.translate.tableau import tableau
 
-    negation = tableau(closure, closure.negation(node), budget)
+    negation = _nondeterministic(closure, closure.negation(node), budget)
     with suppress(TooManyClausesError):
         return complement(localized(determinize(negation, budget)), _MAX_CLAUSES)
     return complement(determinize(negation, budget, apart=False))
+
+
+def _nondeterministic(closure: Closure, node: int, budget: Budget) -> BuchiAutomaton:
+    """The tableau, reduced."""
+    from ltlc.automata.simulation import reduced_buchi
+    from ltlc.translate.tableau import tableau
+
+    return reduced_buchi(tableau(closure, node, budget.before_reduction()))

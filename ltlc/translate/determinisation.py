@@ -16,6 +16,7 @@ from ltlc.automata.emerson_lei import reduced
 from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_pairs import to_rabin
+from ltlc.automata.simulation import reduced_buchi
 from ltlc.budget import MAX_STATES, Budget, time_limit
 from ltlc.errors import InvalidArgumentError
 from ltlc.minimize.merge_by_trial import merge_by_trial
@@ -55,7 +56,7 @@ def determinise(automaton: OmegaAutomaton, *, max_states: int = MAX_STATES, time
             budget = Budget(name, max_states)
             buchi = BuchiAutomaton(automaton.n_classes, automaton.initial_states, automaton.edges, automaton.n_sets)
             found = to_rabin(
-                reduced(determinize(buchi, budget)),
+                reduced(determinize(reduced_buchi(buchi), budget)),
                 automaton.aps,
                 automaton.letter_class,
                 budget,

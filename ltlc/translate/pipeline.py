@@ -54,6 +54,8 @@ _ROUNDS = (500, 2_000, 10_000)
 """of states: all constructions are tried with few, before one is tried with many;"""
 _FIRST = 4
 """the first one may have this many times as many, since it wins most often; in later rounds it is the last one."""
+_UNREDUCED = 4
+"""What is reduced before it is determinized may have this many times as many, too, as long as there is no result."""
 _FEW = 60
 """Where the formula has grown when it was taken apart, there is a round of so few before, and the first one has no more
 than others: what is large takes long for each state."""
@@ -67,6 +69,8 @@ formula; with no more than the second one, it is good enough for some."""
 _CROWDED = 12
 """With more states than this for each language, it waits for the other constructions: many pairs of states would be
 tried, and others often have fewer to begin with."""
+_READABLE = 200_000
+"""No proof is looked for where there are more edges than this."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -206,14 +210,15 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                 name, task = waiting.pop(0)
                 is_promising = name == names[0] and task is problem
                 cap = limit * _FIRST if is_promising and not grown else limit
+                unreduced = limit * _UNREDUCED
                 if task is problem and pristine is not None:
                     closure, pristine = pristine, None
                 else:
                     closure = task.closure(budget)
                 if best is not None and problem.options.effort != "best":
-                    cap = min(limit, PATIENCE * best.automaton.n_states + SLACK)
+                    cap = unreduced = min(limit, PATIENCE * best.automaton.n_states + SLACK)
                 try:
-                    found = _build(CONSTRUCTIONS[name], task, budget.within(cap), closure)
+                    found = _build(CONSTRUCTIONS[name], task, budget.within(cap, unreduced), closure)
                     is_first, best = best is None, _smaller(best or found, found)
                     if is_first:
                         spare.enter_context(_spare_time(problem))
@@ -221,11 +226,16 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                     n_states = found.automaton.n_states if is_promising else 0
                     is_small = 0 < n_states <= _SMALL and first_is_best_if_small(closure, problem.options)
                     is_large = n_states > _LARGE and bool(further())
-                    if is_large or (waiting and n_states > _CROWDED * found.least and not is_small):
+                    if is_large:
                         postponed.append(found)
-                        waiting[:0] = further() if is_large else []
+                        waiting[:0] = further()
                         continue
-                    best = _tried(found, best, problem)
+                    if waiting and not is_small and n_states > _CROWDED * found.least:
+                        found = _proven(found, problem)
+                        best = _smaller(best, found)
+                        postponed.append(found)
+                    else:
+                        best = _tried(found, best, problem)
                 except TimeLimitExceeded:
                     if best is None:
                         raise
@@ -296,31 +306,34 @@ def _paired(emerson_lei: EmersonLei, letters: Letters, budget: Budget, way: Way 
     return automaton.annotated(CANONICAL)
 
 
-def _improved(found: Candidate, problem: Problem) -> Candidate:
-    """The candidate with fewer states, if that is possible by trial, or at the price of pairs if these do not matter.
+def _proven(found: Candidate, problem: Problem) -> Candidate:
+    """The candidate with a bound on smaller ones, and with fewer states if these cost pairs only that do not matter.
 
-    What is merged by trial is not normalized again. A proof that there are no smaller automata is looked for once: it
-    depends on the language alone.
-
-    Args:
-        found: what a construction gave.
-        problem: many pairs split states if the acceptance of its automaton is to be on states.
+    It is looked for once, since it depends on the language alone. Many pairs split states if the acceptance of the
+    automaton is to be on states.
     """
-    automaton, least, is_bounded = found.automaton, found.least, found.is_bounded
-    if not is_bounded and not found.smallest and can_decide_languages(automaton):
-        from ltlc.minimize import collapse
+    automaton = found.automaton
+    is_readable = automaton.n_states * automaton.n_classes <= _READABLE and can_decide_languages(automaton)
+    if found.is_bounded or found.smallest or not is_readable:
+        return found
+    from ltlc.minimize import collapse
 
-        collapsed = collapse(automaton)
-        least, is_bounded = max(least, collapsed.lower_bound), True
-        if collapsed.automaton.n_pairs <= automaton.n_pairs or (
-            problem.options.acceptance == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton)
-        ):
-            automaton = collapsed.automaton
-    if automaton.n_states > least:
-        from ltlc.minimize import merge_by_trial
+    collapsed = collapse(automaton)
+    if collapsed.automaton.n_pairs <= automaton.n_pairs or (
+        problem.options.acceptance == "transition" and _is_worth_its_pairs(collapsed.automaton, automaton)
+    ):
+        automaton = collapsed.automaton
+    return found._replace(automaton=automaton, least=max(found.least, collapsed.lower_bound), is_bounded=True)
 
-        automaton = merge_by_trial(automaton, least=least, words=problem.words)
-    return found._replace(automaton=automaton, least=least, is_bounded=is_bounded)
+
+def _improved(found: Candidate, problem: Problem) -> Candidate:
+    """The candidate with fewer states, if that is possible by trial; it is not normalized again."""
+    found = _proven(found, problem)
+    if found.smallest:
+        return found
+    from ltlc.minimize import merge_by_trial
+
+    return found._replace(automaton=merge_by_trial(found.automaton, least=found.least, words=problem.words))
 
 
 def _is_worth_its_pairs(smaller: DRA, larger: DRA) -> bool:

@@ -32,7 +32,7 @@ from collections import Counter
 from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.automata.buchi import BuchiAutomaton
 from ltlc.automata.emerson_lei import EmersonLei, explore
-from ltlc.automata.simulation import components, inner_marks, needed_sets, reduced_buchi, simulation
+from ltlc.automata.simulation import components, inner_marks, needed_sets, simulation
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 
@@ -48,7 +48,7 @@ def determinize(automaton: BuchiAutomaton, budget: Budget, *, apart: bool = True
     """A deterministic automaton for the language.
 
     Args:
-        automaton: any.
+        automaton: any; the smaller the better (`reduced_buchi`).
         budget: for the number of states.
         apart: whether the trees of a component have ages of their own. Then the condition is that one of the components
             accepts; otherwise there are mostly more states, with a parity condition, which is easy to negate.
@@ -56,7 +56,7 @@ def determinize(automaton: BuchiAutomaton, budget: Budget, *, apart: bool = True
     Raises:
         StateLimitExceeded, TimeLimitExceeded: the budget ran out.
     """
-    trees = _Trees(reduced_buchi(automaton), apart)
+    trees = _Trees(automaton, apart)
     everything = (1 << automaton.n_letters) - 1
 
     def successors(state: MacroState) -> list[tuple[int, MacroState, int]]:

@@ -45,6 +45,7 @@ def sat() -> None:
         ("G F (a & X b) & G F (c & X d)", 4),
         ("G F (a & X X X a)", 8),
         ("G F (a & X b) & G(c -> F d)", 5),
+        ("F G (a | X X b) & F G (c | X X X d)", 32),
         (" & ".join(f"G(a{i} -> F b{i})" for i in range(6)), 193),
     ],
 )
@@ -73,10 +74,16 @@ def test_collapse_keeps_one_state_per_residual(text: str, states: int) -> None:
     "text",
     ["G F (a & X X X !a) | G F (!a & X X a)", "G(a -> X F(b & X b)) & G F c", "F a & G F (b & X c) | G F (d & X a)"],
 )
-def test_lower_bound_of_recurrence_is_one_of_the_language(text: str) -> None:
+def test_lower_bound_of_recurrence_depends_on_the_language_alone(text: str) -> None:
     bounds = [lower_bound(compiled(text, translator=name)) for name in ("product", "safra", "dual-safra", "auto")]
     assert len(set(bounds)) == 1
     assert 1 < bounds[0] <= compiled(text).n_states
+
+
+@pytest.mark.parametrize("text", ["F G a | F G b", "F G (a | X b) | F G (c | X d)", "F G (a | X X b) | F G (!a & X c)"])
+def test_lower_bound_of_persistence_leaves_room_for_pairs(text: str) -> None:
+    bounds = [lower_bound(compiled(text, translator=name)) for name in ("product", "safra", "dual-safra", "auto")]
+    assert max(bounds) <= compiled(text).n_states
 
 
 @pytest.mark.slow
@@ -156,7 +163,7 @@ def test_timeout_keeps_what_is_known(sat: None) -> None:
 def test_missing_package_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pysat.solvers", None)
     with pytest.raises(MissingProgramError, match=r'pip install "ltlc\[sat\]"'):
-        minimize(compiled("F G (a | X X b)"))
+        minimize(compiled("F G (a | X b) | F G (c | X d)"))
 
 
 @pytest.mark.parametrize("acceptance", ["state", "transition"])
