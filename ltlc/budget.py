@@ -129,23 +129,15 @@ class Budget:
     Args:
         name: what is built, e.g. the text of a formula, for the message.
         max_states: of any intermediate or final automaton.
-        unreduced: of an automaton that is reduced at once; by default the same.
     """
 
-    def __init__(self, name: str, max_states: int, unreduced: int | None = None) -> None:
+    def __init__(self, name: str, max_states: int) -> None:
         self.name = _cut(name)
         self.max_states = max_states
-        self._unreduced = max_states if unreduced is None else unreduced
 
-    def within(self, max_states: int, unreduced: int | None = None) -> Budget:
-        """The same budget, with these limits on states if they are lower."""
-        if unreduced is None:
-            unreduced = max_states
-        return Budget(self.name, min(self.max_states, max_states), min(self._unreduced, unreduced))
-
-    def before_reduction(self) -> Budget:
-        """The budget for an automaton that is reduced at once."""
-        return Budget(self.name, self._unreduced)
+    def within(self, max_states: int) -> Budget:
+        """The same budget, with this limit on states if it is lower."""
+        return Budget(self.name, min(self.max_states, max_states))
 
     def check_size(self, n_states: int) -> None:
         """Raise StateLimitExceeded if `n_states` is too many; and `check_time`."""

@@ -154,4 +154,4 @@ def _nondeterministic(closure: Closure, node: int, budget: Budget) -> BuchiAutom
     from ltlc.automata.simulation import reduced_buchi
     from ltlc.translate.tableau import tableau
 
-    return reduced_buchi(tableau(closure, node, budget.before_reduction()))
+    return reduced_buchi(tableau(closure, node, budget))

@@ -54,8 +54,6 @@ _ROUNDS = (500, 2_000, 10_000)
 """of states: all constructions are tried with few, before one is tried with many;"""
 _FIRST = 4
 """the first one may have this many times as many, since it wins most often; in later rounds it is the last one."""
-_UNREDUCED = 4
-"""What is reduced before it is determinized may have this many times as many, too, as long as there is no result."""
 _FEW = 60
 """Where the formula has grown when it was taken apart, there is a round of so few before, and the first one has no more
 than others: what is large takes long for each state."""
@@ -210,15 +208,14 @@ def _best(problem: Problem, budget: Budget) -> Candidate:
                 name, task = waiting.pop(0)
                 is_promising = name == names[0] and task is problem
                 cap = limit * _FIRST if is_promising and not grown else limit
-                unreduced = limit * _UNREDUCED
                 if task is problem and pristine is not None:
                     closure, pristine = pristine, None
                 else:
                     closure = task.closure(budget)
                 if best is not None and problem.options.effort != "best":
-                    cap = unreduced = min(limit, PATIENCE * best.automaton.n_states + SLACK)
+                    cap = min(limit, PATIENCE * best.automaton.n_states + SLACK)
                 try:
-                    found = _build(CONSTRUCTIONS[name], task, budget.within(cap, unreduced), closure)
+                    found = _build(CONSTRUCTIONS[name], task, budget.within(cap), closure)
                     is_first, best = best is None, _smaller(best or found, found)
                     if is_first:
                         spare.enter_context(_spare_time(problem))
