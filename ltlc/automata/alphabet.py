@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, TypeVar
 
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.guards import Guard, shortest_guard, shortest_guard_among
 from ltlc.automata.possible import LetterNumbers, Possible
@@ -95,18 +96,21 @@ class Alphabet:
         return tuple(map(quoted, self.aps))
 
     @cached_property
-    def _extent(self) -> tuple[list[int], list[int], list[int]]:
-        """Per class, what all of its valuations of the relevant propositions have, what some have, and their number."""
-        order = np.argsort(self.relevant_class, kind="stable")
-        sizes = np.bincount(self.relevant_class)
+    def extents(self) -> IntArray:
+        """Per class, what all of its valuations of the relevant propositions have, what some have, and their number.
+
+        Shape (3, n_classes), int32.
+        """
+        order = np.argsort(self.relevant_class, kind="stable").astype(np.int32)
+        sizes = np.bincount(self.relevant_class).astype(np.int32)
         starts = np.cumsum(sizes) - sizes
-        everywhere, somewhere = (f.reduceat(order, starts).tolist() for f in (np.bitwise_and, np.bitwise_or))
-        return everywhere, somewhere, sizes.tolist()
+        return np.array([np.bitwise_and.reduceat(order, starts), np.bitwise_or.reduceat(order, starts), sizes])
 
     @cached_property
-    def _extents(self) -> npt.NDArray[np.int64]:
-        """`_extent` as an array, shape (3, n_classes)."""
-        return np.array(self._extent, dtype=np.int64)
+    def _extent(self) -> list[list[int]]:
+        """`extents` as lists."""
+        extent: list[list[int]] = self.extents.tolist()
+        return extent
 
     def _literals(self, classes: Sequence[int]) -> tuple[tuple[int, bool], ...] | None:
         """The literals whose conjunction is true of exactly these classes, or None if it is no conjunction."""
@@ -118,7 +122,7 @@ class Alphabet:
                 high |= somewhere[c]
                 size += sizes[c]
         else:
-            table = self._extents[:, classes]
+            table = self.extents[:, classes]
             low, high, size = (
                 int(f.reduce(row)) for f, row in zip((np.bitwise_and, np.bitwise_or, np.add), table, strict=True)
             )
@@ -140,9 +144,16 @@ class Alphabet:
             return Guard(True, (literals,))
         chosen = np.zeros(int(self.relevant_class.max()) + 1, dtype=np.bool_)
         chosen[np.array(classes, dtype=np.int64)] = True
-        column = chosen[self.relevant_class]
-        needed = support(column)
-        shape = truth_table(project(column, needed)), len(needed)
+        return self.guard_of(chosen[self.relevant_class])
+
+    def guard_of(self, column: BoolArray) -> Guard:
+        """A short formula that is true of exactly these valuations of the relevant propositions.
+
+        Args:
+            column: shape (2**len(relevant),).
+        """
+        needed, table = needed_part(column)
+        shape = truth_table(table), len(needed)
         guard = self._guards.get(shape)
         if guard is None:
             guard = self._guards[shape] = shortest_guard(*shape)
@@ -304,9 +315,21 @@ def _dense(column: npt.NDArray[np.generic]) -> IntArray:
 
 def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:
     """The propositions that a column depends on, as indices."""
-    n_aps = len(column).bit_length() - 1
-    pairs = (column.reshape(-1, 2, 1 << i) for i in range(n_aps))
-    return tuple(i for i, halves in enumerate(pairs) if (halves[:, 0] != halves[:, 1]).any())
+    return needed_part(column)[0]
+
+
+def needed_part(column: npt.NDArray[_Scalar]) -> tuple[tuple[int, ...], npt.NDArray[_Scalar]]:
+    """The propositions that a column depends on, as indices, and the column over these alone, as `project` gives it."""
+    needed = []
+    for i in reversed(range(len(column).bit_length() - 1)):
+        step = 1 << i
+        if (column[:step] == column[step : 2 * step]).all():  # else nothing else is to be seen
+            halves = column.reshape(-1, 2, step)
+            if (halves[:, 0] == halves[:, 1]).all():
+                column = halves[:, 0].reshape(-1)
+                continue
+        needed.append(i)
+    return tuple(needed[::-1]), column
 
 
 def project(column: npt.NDArray[_Scalar], indices: Sequence[int]) -> npt.NDArray[_Scalar]:

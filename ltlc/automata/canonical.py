@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ltlc.arrays import np
+from ltlc.arrays import np
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
 

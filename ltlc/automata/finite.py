@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.alphabet import Alphabet
@@ -154,7 +155,7 @@ class DFA(Output):
     @cached_property
     def annotations(self) -> FiniteAnnotations:
         """What is known about each state."""
-        rows = self.table.rows
+        rows = self.table.successors
         ends = np.flatnonzero(self.accepting).tolist()
         others = np.flatnonzero(~self.accepting).tolist()
         backwards = graph.predecessor_lists(rows)

@@ -14,6 +14,7 @@ from functools import reduce
 from itertools import combinations
 from operator import and_, or_
 
+from ltlc.arrays import BoolArray, np
 from ltlc import graph
 from ltlc.arrays import BoolArray, np
 from ltlc.automata.acceptance import Acceptance, rabin_pair

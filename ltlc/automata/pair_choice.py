@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ltlc.arrays import np
 from ltlc import graph
 from ltlc.arrays import np
 from ltlc.automata.emptiness import MarkedEdge

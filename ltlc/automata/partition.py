@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Sequence
 
 from ltlc.arrays import IntArray, np
+from ltlc.arrays import IntArray, np
 from ltlc.budget import check_time
 
 

@@ -19,6 +19,7 @@ from math import prod
 from typing import Any, NamedTuple
 
 from ltlc.arrays import np, npt
+from ltlc.arrays import np, npt
 from ltlc.errors import AlphabetLimitExceeded, ImpossibleLetterError, InvalidArgumentError, check_type
 
 Possible = tuple[tuple[int, ...], ...]

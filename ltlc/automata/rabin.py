@@ -16,6 +16,7 @@ from functools import cached_property
 from numbers import Integral
 from typing import Any, Literal, NamedTuple, Self
 
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.acceptance import rabin_accepts, recurring_marks
@@ -25,6 +26,7 @@ from ltlc.automata.languages import language_numbers
 from ltlc.automata.output import Output
 from ltlc.automata.partition import numbered
 from ltlc.automata.possible import LetterNumbers, Possible
+from ltlc.automata.wide import Entries, entries
 from ltlc.errors import (
     InvalidArgumentError,
     InvalidAutomatonError,
@@ -319,15 +321,26 @@ class DRA(Output):
     @cached_property
     def marked_graph(self) -> list[list[tuple[int, int]]]:
         """Per state, its distinct (next state, marks) in increasing order; marks as in `edge_marks`."""
+        if self._entries is not None:
+            return self._entries.marked(self.marks.tolist() if self.acceptance == "state" else None)
         return [
             sorted(set(zip(targets, marks, strict=True)))
             for targets, marks in zip(self.rows, self.edge_marks, strict=True)
         ]
 
     @cached_property
+    def _entries(self) -> Entries | None:
+        return entries(self.delta, self.fin, self.inf)
+
+    @property
+    def successors(self) -> list[list[int]]:
+        """The next states of each state in the order of the letter classes; repeated only where these are few."""
+        return self.rows if self._entries is None else self._entries.successors()
+
+    @cached_property
     def scc(self) -> list[int]:
         """Strong component of each state, numbered in topological order."""
-        return graph.strong_components(self.rows)
+        return graph.strong_components(self.successors)
 
     @cached_property
     def language_numbers(self) -> list[int]:

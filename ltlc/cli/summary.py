@@ -125,7 +125,7 @@ def _condition(n_pairs: int) -> str:
 
 def _states(dra: DRA | DFA) -> Table:
     """A row per state: what it is, how far from acceptance, and where each guard leads."""
-    from ltlc.automata import Annotations, guard_text
+    from ltlc.automata import Annotations
     from ltlc.formats.edges import edges, state_marks
 
     notes = dra.annotations
@@ -137,7 +137,7 @@ def _states(dra: DRA | DFA) -> Table:
 
     rows: list[list[str]] = [[] for _ in range(dra.n_states)]
     for edge in edges(dra):
-        rows[edge.source].append(f"{guard_text(dra, edge.classes)} → {edge.target}{_marks(edge.fin, edge.inf)}")
+        rows[edge.source].append(f"{edge.guard} → {edge.target}{_marks(edge.fin, edge.inf)}")
     shown = [
         Row(
             (

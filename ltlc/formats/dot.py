@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from html import escape
 
-from ltlc.automata.alphabet import guard_text
 from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
@@ -98,9 +97,8 @@ class _Drawing:
             check_time()
             rows = ""
             for edge in parallel:
-                guard = guard_text(self.automaton, edge.classes)
                 badges = self._badges(edge.fin, edge.inf)
-                rows += f"<TR><TD>{_lines(guard, width)}</TD>{_beside(badges)}</TR>"
+                rows += f"<TR><TD>{_lines(edge.guard, width)}</TD>{_beside(badges)}</TR>"
             result.append(f"  {source} -> {target} [label={_html(rows)}{self._stroke(target, parallel)}]")
         return result
 

@@ -7,15 +7,18 @@ reader (do guards overlap, do they cover every letter) are then single operation
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.alphabet import letter_classes, truth_column
 from ltlc.automata.finite import DFA
 from ltlc.automata.possible import LetterNumbers
 from ltlc.automata.rabin import DRA
+from ltlc.automata.wide import is_wide
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
+from ltlc.formats.wide_edges import CodedEdge, Names, wide_edges
 from ltlc.graph import bits
 from ltlc.ltl.formula import And, Constant, Formula, Iff, Implies, Not, Or, Proposition, Xor
 from ltlc.ltl.traversal import postorder
@@ -24,10 +27,6 @@ MAX_TABLE = 1 << 27
 """Entries of the largest transition table a reader builds."""
 
 _COLUMNS_AT_ONCE = 32
-_MARKS = 32
-"""bits of marks that fit beside the number of a state."""
-_WIDE = 64
-"""letter classes from which on rows are sorted."""
 
 
 class LabelledEdge(NamedTuple):
@@ -35,67 +34,53 @@ class LabelledEdge(NamedTuple):
 
     source: int
     target: int
-    classes: tuple[int, ...]
-    """letter classes, ordered by their smallest letter."""
+    guard: str
     fin: tuple[int, ...]
     """pairs whose fin contains the edge; empty where acceptance is on states."""
     inf: tuple[int, ...]
 
 
-def edges(automaton: DRA | DFA) -> list[LabelledEdge]:
+def edges(automaton: DRA | DFA, names: Names | None = None) -> list[LabelledEdge]:
     """Parallel transitions merged, ordered by source, then by the smallest letter.
 
     The order does not depend on how the letter classes are numbered, so that reading and writing gives the same text.
+
+    Args:
+        automaton: the automaton.
+        names: what guards consist of; None: LTL syntax, as in `guard_text`.
     """
-    shift = 2 * automaton.n_pairs if automaton.acceptance == "transition" else 0
+    table = automaton.table if isinstance(automaton, DFA) else automaton
+    names = Names(table.alphabet.names) if names is None else names
+    n_pairs = table.n_pairs if table.acceptance == "transition" else 0
+    if not table.is_listed and is_wide(table.delta, n_pairs):
+        found = wide_edges(table.alphabet, table.delta, table.fin[:n_pairs], table.inf[:n_pairs], names)
+    else:
+        found = _few_edges(table, names)
     pairs: dict[int, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     result: list[LabelledEdge] = []
-    for source, groups in enumerate(_groups(automaton, shift)):
-        check_time()
-        for code, classes in groups:
-            target, mark = code >> shift, code & (1 << shift) - 1
-            if mark not in pairs:
-                pairs[mark] = _pairs_with(mark, 0), _pairs_with(mark, 1)
-            result.append(LabelledEdge(source, target, tuple(classes), *pairs[mark]))
+    for source, target, mark, guard in found:
+        if mark not in pairs:
+            pairs[mark] = _pairs_with(mark, 0), _pairs_with(mark, 1)
+        result.append(LabelledEdge(source, target, guard, *pairs[mark]))
     return result
 
 
-def _groups(automaton: DRA | DFA, shift: int) -> Iterator[Iterable[tuple[int, list[int]]]]:
-    """For each state, its moves with their letter classes; a move is the next state, shifted, and marks."""
-    if isinstance(automaton, DRA) and automaton.is_listed:
-        by_letter = automaton.alphabet.by_first_letter
-        marks = automaton.edge_marks if shift else [[0] * automaton.n_classes] * automaton.n_states
-        for row, seen in zip(automaton.rows, marks, strict=True):
-            yield _grouped_one_by_one([row[c] << shift | seen[c] for c in by_letter], by_letter)
-        return
-    order = np.argsort(automaton.alphabet.first_letter, kind="stable")
-    table = automaton.delta[:, order].astype(np.int64)
-    if shift and isinstance(automaton, DRA):
-        # Target and marks as one number, which has more than 63 bits only where there are many pairs.
-        table = (table if shift <= _MARKS else table.astype(object)) << shift | automaton.marks[:, order]
-    is_wide = table.dtype != np.object_ and table.shape[1] >= _WIDE
-    for codes in table:
-        yield _grouped(codes, order) if is_wide else _grouped_one_by_one(codes.tolist(), order.tolist())
-
-
-def _grouped_one_by_one(row: Sequence[int], classes: Sequence[int]) -> Iterable[tuple[int, list[int]]]:
-    """The classes of each value of a row, in the order of their first ones."""
-    groups: dict[int, list[int]] = {}
-    for code, c in zip(row, classes, strict=True):
-        groups.setdefault(code, []).append(c)
-    return groups.items()
-
-
-def _grouped(row: npt.NDArray[Any], classes: npt.NDArray[Any]) -> Iterable[tuple[int, list[int]]]:
-    """The same by sorting, which is faster where rows are long."""
-    places = np.argsort(row, kind="stable")
-    codes = row[places]
-    starts = np.flatnonzero(np.concatenate([[True], codes[1:] != codes[:-1]]))
-    ends = np.append(starts[1:], len(row))
-    first = np.argsort(places[starts])
-    listed = classes[places].tolist()
-    for code, start, end in zip(*(part[first].tolist() for part in (codes[starts], starts, ends)), strict=True):
-        yield code, listed[start:end]
+def _few_edges(automaton: DRA, names: Names) -> Iterator[CodedEdge]:
+    """The edges of an automaton with few letter classes, which are looked at one by one."""
+    guards: dict[tuple[int, ...], str] = {}
+    order = automaton.alphabet.by_first_letter
+    no_marks = [0] * automaton.n_classes
+    for source, targets in enumerate(automaton.rows):
+        check_time()
+        marks = automaton.edge_marks[source] if automaton.acceptance == "transition" else no_marks
+        groups: dict[tuple[int, int], list[int]] = {}
+        for c in order:
+            groups.setdefault((targets[c], marks[c]), []).append(c)
+        for (target, mark), group in groups.items():
+            classes = tuple(group)
+            if classes not in guards:
+                guards[classes] = automaton.alphabet.guard(classes).text(*names)
+            yield source, target, mark, guards[classes]
 
 
 def state_marks(automaton: DRA | DFA, state: int) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from ltlc.automata.finite import DFA
 from ltlc.automata.omega import OmegaAutomaton
 from ltlc.automata.rabin import DRA
-from ltlc.budget import check_time
 from ltlc.formats.edges import edges, state_marks
 from ltlc.formats.hoa_general import acceptance_of, body_of
+from ltlc.formats.wide_edges import Names
 from ltlc.graph import bits
 from ltlc.version import __version__
 
@@ -160,20 +160,20 @@ def _named(automaton: DRA) -> str:
 
 
 def _body(automaton: DRA | DFA, marks: _Marks) -> list[str]:
-    numbers = [str(i) for i in range(len(automaton.aps))]
-    labels: dict[tuple[int, ...], str] = {}
+    names = Names([str(i) for i in range(len(automaton.aps))], "t", "f")
+    before, behind = ("[", "]") if automaton.possible is None else ("[@possible & (", ")]")
+    written: dict[tuple[tuple[int, ...], tuple[int, ...]], str] = {}
     lines: list[str] = []
     n_listed = 0
-    for edge in edges(automaton):
-        check_time()
-        if edge.source == n_listed:
+    for source, target, guard, fin, inf in edges(automaton, names):
+        if source == n_listed:
             name = "" if automaton.state_names is None else " " + _string(automaton.state_names[n_listed])
             lines.append(f"State: {n_listed}{name}{_rabin_marks(*state_marks(automaton, n_listed))}")
             n_listed += 1
-        if edge.classes not in labels:
-            label = automaton.alphabet.guard(edge.classes).text(numbers, "t", "f")
-            labels[edge.classes] = label if automaton.possible is None else f"@possible & ({label})"
-        lines.append(f"[{labels[edge.classes]}] {edge.target}{marks(edge.fin, edge.inf)}")
+        pairs = fin, inf
+        if pairs not in written:
+            written[pairs] = marks(fin, inf)
+        lines.append(f"{before}{guard}{behind} {target}{written[pairs]}")
     return lines
 
 

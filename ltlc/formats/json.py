@@ -12,14 +12,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from ltlc.arrays import BoolArray, IntArray, np
-from ltlc.automata.alphabet import guard_text
+from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.finite import DFA, from_table
 from ltlc.automata.possible import MAX_APS, LetterNumbers, Possible
 from ltlc.automata.rabin import DRA, AcceptanceKind
-from ltlc.budget import check_time
 from ltlc.errors import FileFormatError, InvalidArgumentError, LtlSyntaxError
 from ltlc.formats.edges import MAX_TABLE, a_letter_of, edges, letters_of, tabulate
 from ltlc.formats.json_document import Node, describe, load_json
+from ltlc.formats.wide_edges import Names
 from ltlc.version import __version__
 
 FORMAT, FORMAT_OF_TRACES = "ltlc-dra", "ltlc-dfa"
@@ -81,16 +81,15 @@ def _possible(automaton: DRA | DFA) -> list[list[list[str]]]:
 
 def _transitions(automaton: DRA | DFA) -> list[str]:
     """Each transition as JSON; written by hand, since there may be very many."""
-    known: dict[tuple[int, ...], str] = {}
-    result = []
+    names = Names([_compact(name)[1:-1] for name in automaton.alphabet.names])
     on_edges = automaton.acceptance == "transition"
-    for source, target, classes, fin, inf in edges(automaton):
-        check_time()
-        guard = known.get(classes)
-        if guard is None:
-            guard = known[classes] = _compact(guard_text(automaton, classes))
-        marks = f', "B": {list(fin)}, "G": {list(inf)}' if on_edges else ""
-        result.append(f'{{"source": {source}, "target": {target}, "guard": {guard}{marks}}}')
+    marks: dict[tuple[tuple[int, ...], tuple[int, ...]], str] = {}
+    result = []
+    for source, target, guard, fin, inf in edges(automaton, names):
+        pairs = fin, inf
+        if pairs not in marks:
+            marks[pairs] = f', "B": {list(fin)}, "G": {list(inf)}' if on_edges else ""
+        result.append(f'{{"source": {source}, "target": {target}, "guard": "{guard}"{marks[pairs]}}}')
     return result
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ltlc.automata.alphabet import guard_text
 from ltlc.automata.finite import DFA
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time
@@ -28,7 +27,7 @@ def to_mermaid(automaton: DRA | DFA, *, hide_deadlock: bool = False) -> str:
     lines += [_node(automaton, q) for q in shown]
     for (source, target), parallel in arrows(automaton, hidden).items():
         check_time()
-        rows = [guard_text(automaton, edge.classes) + _marks(edge.fin, edge.inf) for edge in parallel]
+        rows = [edge.guard + _marks(edge.fin, edge.inf) for edge in parallel]
         lines.append(f'  q{source} -->|"{"<br/>".join(map(_entities, rows))}"| q{target}')
     lines.append("  style start fill:none,stroke:none")
     for (name, style), members in zip(_CLASSES, (automaton.deadlocks, automaton.accepting_sinks), strict=True):

@@ -7,6 +7,7 @@ from contextlib import suppress
 from operator import add
 from typing import NamedTuple
 
+from ltlc.arrays import IntArray, np
 from ltlc import graph
 from ltlc.arrays import IntArray, np
 from ltlc.automata.acceptance import exactly_one

@@ -1,0 +1,156 @@
+"""Tables with many columns: the different entries of their rows, found without looking at the columns one by one.
+
+A table over thousands of letter classes has few different entries in most rows. In a long row they are found value by
+value, each by one comparison with the whole row, and all rows of a block are sorted at once where that is not so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+
+from ltlc.arrays import np, npt
+from ltlc.budget import check_time
+
+Array = npt.NDArray[Any]
+_WIDE = 64
+_LARGE = 1 << 12
+"""A table with so many columns and entries is wide."""
+LONG = 1 << 11
+"""columns from which on a row is looked at value by value"""
+FEW = 32
+"""as long as there are no more values than this."""
+_AT_ONCE = 1 << 18
+"""entries that are looked at in one block of rows."""
+_SHORT = 1 << 15
+"""Numbers below are sorted by counting their digits."""
+
+
+class Entries(NamedTuple):
+    """The different entries of the rows of a wide table.
+
+    Attributes:
+        rows: for each state its different codes, as in `coded_rows`, in the order of their first columns.
+        shift: number of bits of the marks.
+    """
+
+    rows: list[list[int]]
+    shift: int
+
+    def successors(self) -> list[list[int]]:
+        """The different next states of each state, in the order of their first columns."""
+        return [list(dict.fromkeys(code >> self.shift for code in row)) for row in self.rows]
+
+    def marked(self, state_marks: list[int] | None) -> list[list[tuple[int, int]]]:
+        """The different next states with marks, in increasing order; `state_marks` where states have them."""
+        if state_marks is not None:
+            return [[(target, state_marks[target]) for target in sorted(row)] for row in self.rows]
+        all_marks = (1 << self.shift) - 1
+        return [[(code >> self.shift, code & all_marks) for code in sorted(row)] for row in self.rows]
+
+
+def entries(delta: Array, fin: Array, inf: Array) -> Entries | None:
+    """The entries of a table that is wide, else None; the marks are those of states or of transitions."""
+    n_pairs = len(fin) if fin.ndim == delta.ndim + 1 else 0
+    if not is_wide(delta, n_pairs):
+        return None
+    blocks = coded_rows(delta, fin[:n_pairs], inf[:n_pairs])
+    return Entries([values for codes in blocks for values in _distinct_values(codes)], 2 * n_pairs)
+
+
+def is_wide(delta: Array, n_pairs: int) -> bool:
+    """Whether what this module does is faster than lists, and a next state with its marks fits into 63 bits."""
+    n_states, n_classes = map(int, delta.shape)
+    fits = 2 * n_pairs + n_states.bit_length() < 64
+    return fits and n_classes >= _WIDE and n_states * n_classes >= _LARGE
+
+
+def coded_rows(delta: Array, fin: Array, inf: Array) -> Iterator[Array]:
+    """The rows of a table, in blocks: next states, and below them the marks of transitions, as in `DRA.marks`.
+
+    Args:
+        delta: shape (n_states, n_classes).
+        fin: shape (n_pairs, n_states, n_classes); no pairs where marks are on states.
+        inf: same shape.
+    """
+    n_states, n_classes = delta.shape
+    shift = 2 * len(fin)
+    kind: type[Any] = np.int32 if shift + n_states.bit_length() < 32 else np.int64
+    at_once = max(1, _AT_ONCE // n_classes)
+    for start in range(0, n_states, at_once):
+        check_time()
+        part = slice(start, start + at_once)
+        codes: Array = np.left_shift(delta[part], shift, dtype=kind) if shift else delta[part]
+        for place in range(shift):
+            marks = (inf if place % 2 else fin)[place // 2, part]
+            if marks.any():
+                codes |= marks.astype(kind) << place
+        yield codes
+
+
+class Groups(NamedTuple):
+    """Equal entries of each row of a block; all but `columns` have the shape (n_groups,)."""
+
+    rows: Array
+    values: Array
+    begins: Array
+    """where the columns of the group begin in `columns`, ascending."""
+    sizes: Array
+    columns: Array
+    """shape (n_rows * n_columns,); increasing in each group."""
+    order: Array
+    """the groups by row, then by their first columns."""
+
+
+def grouped_columns(codes: Array) -> Groups:
+    """Group the columns of each row by their values."""
+    n_columns = codes.shape[1]
+    keys = codes.astype(np.int16) if int(codes.max()) < _SHORT else codes
+    columns = np.argsort(keys, axis=1, kind="stable")
+    ordered = np.take_along_axis(keys, columns, axis=1)
+    begin = np.ones(codes.shape, dtype=np.bool_)
+    np.not_equal(ordered[:, 1:], ordered[:, :-1], out=begin[:, 1:])
+    begins, flat = np.flatnonzero(begin), columns.reshape(-1)
+    rows, sizes = begins // n_columns, np.diff(begins, append=codes.size)
+    values = ordered.reshape(-1)[begins]
+    return Groups(rows, values, begins, sizes, flat, np.argsort(rows * n_columns + flat[begins]))
+
+
+def value_masks(row: Array, limit: int = FEW) -> Iterator[tuple[int, Array]]:
+    """The different values of a row in the order of their first columns, and where each is, up to a limit of values.
+
+    Whoever is given as many as the limit does not know whether there are more.
+    """
+    seen = np.zeros(len(row), dtype=np.bool_)
+    place = 0
+    for _ in range(limit):
+        value = row[place]
+        mask = row == value
+        yield int(value), mask
+        seen |= mask
+        place = int(seen.argmin())
+        if seen[place]:
+            return
+
+
+def _distinct_values(codes: Array) -> list[list[int]]:
+    """The different values of each row of a block, in the order of their first columns."""
+    if codes.shape[1] >= LONG:
+        return [_values_of(row) for row in codes]
+    groups = grouped_columns(codes)
+    ends = np.cumsum(np.bincount(groups.rows, minlength=len(codes))).tolist()
+    values = groups.values[groups.order].tolist()
+    return [values[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
+
+
+def _values_of(row: Array) -> list[int]:
+    values = [value for value, _ in value_masks(row)]
+    return values if len(values) < FEW else _sorted_values(row)
+
+
+def _sorted_values(row: Array) -> list[int]:
+    """The different values of a row in the order of their first columns, where there are many."""
+    groups = grouped_columns(row[None])
+    values: list[int] = groups.values[groups.order].tolist()
+    return values
