@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 from ltlc.arrays import np, npt
-from ltlc.arrays import np, npt
 from ltlc.budget import check_time
 
 Graph: TypeAlias = "Sequence[Sequence[int]] | npt.NDArray[np.integer]"

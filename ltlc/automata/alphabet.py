@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
-from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.guards import Guard, shortest_guard, shortest_guard_among
 from ltlc.automata.possible import LetterNumbers, Possible
+from ltlc.automata.wide import told_apart
 from ltlc.budget import check_time
 from ltlc.graph import bits
 from ltlc.ltl.formula import Proposition
@@ -25,6 +25,8 @@ _MANY_CLASSES = 48
 _FEW_POSITIONS = 256
 """up to which plain integers and lists are faster than arrays."""
 
+_FEW_TABLES = 64
+"""are unpacked one by one."""
 _MAX_BITS_AT_ONCE = 1 << 24
 """so many are unpacked to an octet each."""
 
@@ -241,12 +243,12 @@ def grouped_partitions(partitions: Sequence[Sequence[int]], size: int) -> tuple[
         it of the table that holds at the positions of the group.
     """
     if size > _FEW_POSITIONS:
-        known: Iterable[IntArray] = (_places(tables, size) for tables in partitions)
+        known: Iterable[npt.NDArray[np.integer[Any]]] = (_places(tables, size) for tables in partitions)
         if len(partitions) * size <= _MAX_BITS_AT_ONCE:
             known = list(known)
         group, first = letter_classes(known, size)
         known = known if isinstance(known, list) else (_places(tables, size) for tables in partitions)
-        return group, [places[first] for places in known]
+        return group, [places[first].astype(np.int32) for places in known]
     distinct = list(dict.fromkeys(table for tables in partitions for table in tables))
     known_group, by_group = grouped(distinct, size)
     group = np.asarray(known_group, dtype=np.int32)
@@ -259,8 +261,13 @@ def grouped_partitions(partitions: Sequence[Sequence[int]], size: int) -> tuple[
     return group, list(places)
 
 
-def _places(tables: Sequence[int], size: int) -> IntArray:
-    """The place of the table that holds at each position, shape (size,), int32."""
+def _places(tables: Sequence[int], size: int) -> npt.NDArray[np.integer[Any]]:
+    """The place of the table that holds at each position, shape (size,)."""
+    if len(tables) <= _FEW_TABLES:
+        few = np.zeros(size, dtype=np.uint8)
+        for number, table in enumerate(tables[1:], 1):
+            few |= truth_column(table, size).view(np.uint8) * np.uint8(number)
+        return few
     places = np.zeros(size, dtype=np.int32)
     n_octets = (size + 7) // 8
     at_once = max(1, _MAX_BITS_AT_ONCE // size)
@@ -284,11 +291,7 @@ def letter_classes(columns: Iterable[npt.NDArray[np.generic]], n_letters: int) -
     Returns:
         `letter_class`, shape (n_letters,), and the first letter of each class, shape (n_classes,); both int32.
     """
-    key = np.zeros(n_letters, dtype=np.int32)
-    for column in columns:
-        check_time()
-        code = _dense(np.asarray(column))
-        key = _dense(key.astype(np.int64) * (int(code.max()) + 1) + code)
+    key = told_apart(columns, n_letters)
     first = first_positions(key)
     order = np.argsort(first)
     rank = np.empty_like(key, shape=len(order))
@@ -301,16 +304,6 @@ def first_positions(codes: IntArray) -> IntArray:
     first = np.empty(int(codes.max()) + 1, dtype=np.int32)
     first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1, dtype=np.int32)  # the last assignment stays
     return first
-
-
-def _dense(column: npt.NDArray[np.generic]) -> IntArray:
-    """The values of a column as codes 0..m in their order; without sorting where they are small."""
-    if column.dtype.kind in "bui" and int(column.min()) >= 0 and int(column.max()) <= 4 * len(column):
-        present = np.bincount(column) > 0
-        codes: IntArray = (np.cumsum(present, dtype=np.int32) - 1)[column.astype(np.int64)]
-        return codes
-    inverse: IntArray = np.unique(column, return_inverse=True)[1].astype(np.int32)
-    return inverse
 
 
 def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:

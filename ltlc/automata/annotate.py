@@ -8,7 +8,6 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Protocol, TypeVar
 
-from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.acceptance import rabin_pair, streett

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ltlc.arrays import np
-from ltlc.arrays import np
 from ltlc.automata.rabin import DRA
+from ltlc.automata.wide import told_apart
 from ltlc.budget import check_time
 
 CANONICAL = "canonical"
@@ -114,7 +114,10 @@ def _listed(
 def tells_columns_apart(automaton: DRA) -> bool:
     """Whether no two letter classes do the same; a canonical automaton with other marks stays so exactly then."""
     if automaton.is_listed:
-        rows = automaton.rows if automaton.acceptance == "state" else automaton.rows + automaton.mark_lists
-        return len(set(zip(*rows, strict=True))) == automaton.n_classes
+        lists = automaton.rows if automaton.acceptance == "state" else automaton.rows + automaton.mark_lists
+        return len(set(zip(*lists, strict=True))) == automaton.n_classes
     tables = [automaton.delta] if automaton.acceptance == "state" else [automaton.delta, *automaton.fin, *automaton.inf]
+    if automaton.entries is not None:
+        rows = (row for table in tables for row in table)
+        return int(told_apart(rows, automaton.n_classes).max()) + 1 == automaton.n_classes
     return len({column.tobytes() for column in np.concatenate(tables).T}) == automaton.n_classes

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ltlc.arrays import IntArray, np, npt
-from ltlc.arrays import IntArray, np, npt
 from ltlc.automata.acceptance import exactly_one, only_first
 from ltlc.automata.emptiness import MarkedEdge, MarkedGraph, accepting_walk
 from ltlc.automata.joint import joint_letters

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
-from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.alphabet import Alphabet

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import get_args
 
 from ltlc.arrays import IntArray, np
-from ltlc.arrays import IntArray, np
 from ltlc.automata.marks import buchi_edges
 from ltlc.automata.parity import parity_colours, to_parity
 from ltlc.automata.rabin import DRA, Form

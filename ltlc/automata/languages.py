@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
-from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.acceptance import exactly_one, rabin_accepts
@@ -16,6 +15,8 @@ from ltlc.budget import check_time
 
 MAX_PRODUCT_EDGES = 500_000
 """bound on the product in which states of the same language are looked for."""
+_STEPS_AT_ONCE = 1 << 12
+"""letter classes whose words are looked at together."""
 _SMALL_AUTOMATON = 200
 """entries of the table up to which plain lists are faster than arrays."""
 
@@ -171,23 +172,35 @@ def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs:
     blocks = np.zeros(n_states, dtype=np.int32)
     if not 1 <= n_pairs <= 31:
         return blocks
-    target = delta.T.astype(np.int64)
-    seen = np.array(marks, dtype=np.int64).T
+    target, seen = delta.T, np.array(marks, dtype=np.min_scalar_type((1 << 2 * n_pairs) - 1)).T
+    for begin in range(0, n_classes, _STEPS_AT_ONCE):
+        steps = slice(begin, begin + _STEPS_AT_ONCE)
+        blocks = _refined_by(blocks, _accepted_for_ever(target[steps], seen[steps], n_pairs))
+        if int(blocks.max()) == n_states - 1:
+            return blocks
     rows = np.arange(n_classes)[:, None]
-    verdicts = [_accepted_for_ever(target, seen, n_pairs)]
     for step in range(1, min(n_classes, 8) if n_states * n_classes < 100_000 else 1):
         other = (rows + step) % n_classes
-        verdicts.append(_accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs))
-    return number_blocks(column.tobytes() for column in np.concatenate(verdicts).T)
+        verdicts = _accepted_for_ever(target[other, target], seen | seen[other, target], n_pairs)
+        blocks = _refined_by(blocks, verdicts)
+    return blocks
 
 
-def _accepted_for_ever(target: npt.NDArray[np.int64], seen: npt.NDArray[np.int64], n_pairs: int) -> BoolArray:
+def _refined_by(blocks: IntArray, verdicts: BoolArray) -> IntArray:
+    """The partition of the states whose blocks are not told apart by verdicts, shape (n_words, n_states)."""
+    columns = np.ascontiguousarray(verdicts.T)
+    return number_blocks(zip(blocks.tolist(), map(np.ndarray.tobytes, columns), strict=True))
+
+
+def _accepted_for_ever(target: IntArray, seen: npt.NDArray[Any], n_pairs: int) -> BoolArray:
     """Whether repeating each of some steps is accepted from each state; all arrays have shape (n_steps, n_states)."""
-    rows = np.arange(len(target))[:, None]
-    for _ in range(target.shape[1].bit_length()):  # afterwards one step stands for at least n_states ones
+    n_steps, n_states = target.shape
+    places = (target + np.arange(n_steps)[:, None] * n_states).reshape(-1)
+    marks = seen.reshape(-1)
+    for _ in range(n_states.bit_length()):  # afterwards one step stands for at least n_states ones
         check_time()
-        target, seen = target[rows, target], seen | seen[rows, target]
-    on_cycle = seen[rows, target]
-    pair_bits = np.int64(sum(1 << 2 * i for i in range(n_pairs)))
+        places, marks = places[places], marks | marks[places]
+    on_cycle = marks[places].reshape(n_steps, n_states)
+    pair_bits = on_cycle.dtype.type(sum(1 << 2 * i for i in range(n_pairs)))
     accepted: BoolArray = ((on_cycle >> 1) & ~on_cycle & pair_bits) != 0
     return accepted

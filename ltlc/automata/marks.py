@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations
 from operator import and_, or_
+from typing import Any
 
-from ltlc.arrays import BoolArray, np
 from ltlc import graph
 from ltlc.arrays import BoolArray, np
 from ltlc.automata.acceptance import Acceptance, rabin_pair
@@ -22,6 +22,7 @@ from ltlc.automata.canonical import CANONICAL, tells_columns_apart
 from ltlc.automata.emptiness import MAX_MASK, MarkedEdge, accepting_parts
 from ltlc.automata.rabin import DRA
 from ltlc.automata.transition_based import to_transition_based
+from ltlc.automata.wide import Columns
 from ltlc.budget import check_time
 
 SIMPLE_MARKS = "simple marks"
@@ -45,24 +46,25 @@ def simplify_marks(automaton: DRA) -> DRA:
         return automaton
     chosen = [(c.nodes, c.pairs()) for c in components(automaton)]
     n_pairs = max([1, *(len(pairs) for _, pairs in chosen)])
-    marks: list[int] | list[list[int]]
+    columns = Columns(automaton)
+    marks: list[Any]
     if automaton.acceptance == "state":
         marks = [0] * automaton.n_states
         for _, pairs in chosen:
             for (_, target, _), mark in _marked(pairs).items():
                 marks[target] |= mark
     else:
-        marks = [[0] * automaton.n_classes for _ in range(automaton.n_states)]
+        marks = [[0] * automaton.n_classes] * automaton.n_states
         for nodes, pairs in chosen:
             check_time()
             known = _marked(pairs)
             for q in nodes if known else ():
-                edges = zip(automaton.rows[q], automaton.edge_marks[q], strict=True)
-                marks[q] = [known.get((q, t, m), 0) for t, m in edges]
-    if n_pairs == automaton.n_pairs and marks == automaton.mark_lists:
+                marks[q] = columns.spread(q, [known.get((q, t, m), 0) for t, m in columns.of(q)])
+    result = automaton.with_marks(marks, n_pairs)
+    if automaton.has_marks_of(result):
         return automaton.annotated(SIMPLE_MARKS)
     languages = automaton.language_numbers if automaton.has_languages else None
-    result = automaton.with_marks(marks, n_pairs).annotated(SIMPLE_MARKS, languages=languages)
+    result = result.annotated(SIMPLE_MARKS, languages=languages)
     stays = CANONICAL in automaton.forms and tells_columns_apart(result)
     return result.annotated(CANONICAL) if stays else result
 

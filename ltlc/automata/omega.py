@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ltlc.arrays import IntArray, np
-from ltlc.arrays import IntArray, np
 from ltlc.automata.acceptance import NEVER, Acceptance, Clause, TooManyClausesError, conjunction, disjunction
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized, merged

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ltlc.arrays import np
 from ltlc import graph
 from ltlc.arrays import np
 from ltlc.automata.emptiness import MarkedEdge

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ltlc.arrays import BoolArray, IntArray, np
-from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.acceptance import holds, rabin
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emptiness import MarkedEdge

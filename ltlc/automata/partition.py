@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Sequence
 
 from ltlc.arrays import IntArray, np
-from ltlc.arrays import IntArray, np
 from ltlc.budget import check_time
+
+_WIDE = 1 << 12
+"""Rows of so many columns are looked at one by one."""
 
 
 def numbered(keys: Iterable[Hashable]) -> list[int]:
@@ -33,8 +35,16 @@ def refine(delta: IntArray, block: IntArray) -> IntArray:
     References:
         E. F. Moore, Gedanken-experiments on sequential machines, Automata Studies 1956, doi 10.1515/9781400882618-006.
     """
-    rows = refine_by(block.tolist(), lambda block: map(np.ndarray.tobytes, np.array(block, dtype=np.int32)[delta]))
-    return np.array(rows, dtype=np.int32)
+
+    def signatures(numbers: list[int]) -> Iterable[bytes]:
+        block = np.array(numbers, dtype=np.int32)
+        if delta.shape[1] < _WIDE:
+            return map(np.ndarray.tobytes, block[delta])
+        short = block.astype(np.min_scalar_type(int(block.max())))
+        alone = (np.bincount(block) == 1)[block].tolist()
+        return (b"" if single else short[row].tobytes() for single, row in zip(alone, delta, strict=True))
+
+    return np.array(refine_by(block.tolist(), signatures), dtype=np.int32)
 
 
 def refine_rows(rows: Sequence[Sequence[int]], block: Iterable[Hashable]) -> list[int]:

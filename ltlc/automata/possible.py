@@ -19,7 +19,6 @@ from math import prod
 from typing import Any, NamedTuple
 
 from ltlc.arrays import np, npt
-from ltlc.arrays import np, npt
 from ltlc.errors import AlphabetLimitExceeded, ImpossibleLetterError, InvalidArgumentError, check_type
 
 Possible = tuple[tuple[int, ...], ...]

@@ -14,9 +14,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from numbers import Integral
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self, TypeAlias
 
-from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.acceptance import rabin_accepts, recurring_marks
@@ -35,7 +34,8 @@ from ltlc.errors import (
 )
 
 AcceptanceKind = Literal["state", "transition"]
-Marks = list[int] | list[list[int]]
+Row: TypeAlias = "Sequence[int] | npt.NDArray[Any]"
+Marks: TypeAlias = "Sequence[int] | Sequence[Row]"
 """An integer for each state, or one per letter class for each; as in `DRA.mark_lists`."""
 MARKS_IN_WORD = 31
 """pairs of marks fit into a machine word."""
@@ -123,7 +123,7 @@ class DRA(Output):
     def from_lists(
         cls,
         aps: tuple[str, ...],
-        rows: list[list[int]],
+        rows: Sequence[Row],
         marks: Marks,
         letter_class: Numbers,
         n_pairs: int,
@@ -201,7 +201,7 @@ class DRA(Output):
         fin, inf = _as_columns(marks, n_pairs)
         return replace(self, fin=fin, inf=inf, acceptance=acceptance)
 
-    def with_tables(self, rows: list[list[int]], marks: Marks, initial_state: int, acceptance: AcceptanceKind) -> Self:
+    def with_tables(self, rows: Sequence[Row], marks: Marks, initial_state: int, acceptance: AcceptanceKind) -> Self:
         """Other states without names, over the same letter classes and with as many pairs.
 
         Args:
@@ -210,7 +210,7 @@ class DRA(Output):
             initial_state: the state before any letter is read.
             acceptance: what carries the marks.
         """
-        if len(rows) * self.n_classes <= FEW_ENTRIES and self.n_pairs <= MARKS_IN_WORD:
+        if self.entries is None and len(rows) * self.n_classes <= FEW_ENTRIES and self.n_pairs <= MARKS_IN_WORD:
             return self.from_lists(
                 self.aps,
                 rows,
@@ -233,6 +233,14 @@ class DRA(Output):
             acceptance=acceptance,
             state_names=None,
         )
+
+    def has_marks_of(self, other: DRA) -> bool:
+        """Whether another automaton, with the same states and letters, has the same marks."""
+        if self.n_pairs != other.n_pairs:
+            return False
+        if self.is_listed and other.is_listed:
+            return self.mark_lists == other.mark_lists
+        return np.array_equal(self.fin, other.fin) and np.array_equal(self.inf, other.inf)
 
     @classmethod
     def _with(cls, known: Mapping[str, object]) -> Self:
@@ -321,21 +329,22 @@ class DRA(Output):
     @cached_property
     def marked_graph(self) -> list[list[tuple[int, int]]]:
         """Per state, its distinct (next state, marks) in increasing order; marks as in `edge_marks`."""
-        if self._entries is not None:
-            return self._entries.marked(self.marks.tolist() if self.acceptance == "state" else None)
+        if self.entries is not None:
+            return self.entries.marked(self.marks.tolist() if self.acceptance == "state" else None)
         return [
             sorted(set(zip(targets, marks, strict=True)))
             for targets, marks in zip(self.rows, self.edge_marks, strict=True)
         ]
 
     @cached_property
-    def _entries(self) -> Entries | None:
-        return entries(self.delta, self.fin, self.inf)
+    def entries(self) -> Entries | None:
+        """The different entries of the rows where there are so many columns that lists of all are slow, else None."""
+        return None if self.is_listed else entries(self.delta, self.fin, self.inf)
 
     @property
     def successors(self) -> list[list[int]]:
         """The next states of each state in the order of the letter classes; repeated only where these are few."""
-        return self.rows if self._entries is None else self._entries.successors()
+        return self.rows if self.entries is None else self.entries.successors()
 
     @cached_property
     def scc(self) -> list[int]:
@@ -471,7 +480,7 @@ _GIVEN = _LISTED | {"fin", "inf", "mark_lists", "n_pairs"}
 
 def _as_columns(marks: Marks, n_pairs: int) -> tuple[BoolArray, BoolArray]:
     """Marks of states or edges as `fin` and `inf`."""
-    words = np.array(marks, dtype=np.int64 if n_pairs <= MARKS_IN_WORD else object)
+    words = np.array(marks, dtype=np.min_scalar_type((1 << 2 * n_pairs) - 1))
     signs = [np.array([words >> 2 * i + place & 1 for i in range(n_pairs)], dtype=np.bool_) for place in (0, 1)]
     fin, inf = (table.reshape(n_pairs, *words.shape) for table in signs)
     return fin, inf

@@ -14,7 +14,6 @@ from collections.abc import Iterable, Sequence
 from functools import reduce
 from typing import Literal, Protocol
 
-from ltlc.arrays import BoolArray, IntArray, np
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, Numbers, np
 from ltlc.automata.acceptance import Acceptance

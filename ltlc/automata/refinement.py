@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ltlc.arrays import IntArray, np
-from ltlc.arrays import IntArray, np
 from ltlc.automata.rabin import DRA
 
 

@@ -6,14 +6,13 @@ value, each by one comparison with the whole row, and all rows of a block are so
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
-
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from ltlc.arrays import np, npt
 from ltlc.budget import check_time
 
-Array = npt.NDArray[Any]
+Array: TypeAlias = "npt.NDArray[Any]"
 _WIDE = 64
 _LARGE = 1 << 12
 """A table with so many columns and entries is wide."""
@@ -38,6 +37,11 @@ class Entries(NamedTuple):
     rows: list[list[int]]
     shift: int
 
+    @property
+    def n_states(self) -> int:
+        """Number of states."""
+        return len(self.rows)
+
     def successors(self) -> list[list[int]]:
         """The different next states of each state, in the order of their first columns."""
         return [list(dict.fromkeys(code >> self.shift for code in row)) for row in self.rows]
@@ -59,6 +63,79 @@ def entries(delta: Array, fin: Array, inf: Array) -> Entries | None:
     return Entries([values for codes in blocks for values in _distinct_values(codes)], 2 * n_pairs)
 
 
+class HasEntries(Protocol):
+    """What `Columns` looks at of a Rabin automaton."""
+
+    @property
+    def entries(self) -> Entries | None:
+        """The different entries of a wide table."""
+
+    @property
+    def rows(self) -> list[list[int]]:
+        """Next states."""
+
+    @property
+    def edge_marks(self) -> list[list[int]]:
+        """Marks of the same entries."""
+
+    @property
+    def marks(self) -> Array:
+        """Marks of states or transitions."""
+
+    @property
+    def delta(self) -> npt.NDArray[np.int32]:
+        """Next states."""
+
+    @property
+    def fin(self) -> npt.NDArray[np.bool_]:
+        """Fin marks of states or transitions."""
+
+    @property
+    def inf(self) -> npt.NDArray[np.bool_]:
+        """Inf marks."""
+
+
+class Columns:
+    """The rows of an automaton, looked at entry by entry, where a table is wide at different entries only.
+
+    `spread(q, [f(target, marks) for target, marks in of(q)])` is the row of f at every letter class.
+    """
+
+    def __init__(self, automaton: HasEntries) -> None:
+        self.automaton, self.entries = automaton, automaton.entries
+        self.on_states = self.entries is not None and automaton.fin.ndim == automaton.delta.ndim
+        self.state_marks: list[int] = automaton.marks.tolist() if self.entries and self.on_states else []
+
+    def of(self, state: int) -> Iterable[tuple[int, int]]:
+        """The next states with marks as in `DRA.edge_marks`, in the order of their first letter classes."""
+        if self.entries is None:
+            return zip(self.automaton.rows[state], self.automaton.edge_marks[state], strict=True)
+        codes, shift = self.entries.rows[state], self.entries.shift
+        if self.on_states:
+            return [(target, self.state_marks[target]) for target in codes]
+        return [(code >> shift, code & (1 << shift) - 1) for code in codes]
+
+    def spread(self, state: int, values: Sequence[int]) -> Sequence[int] | Array:
+        """The row that has these values at the entries of a state."""
+        if self.entries is None:
+            return values
+        part, n_pairs = slice(state, state + 1), self.entries.shift // 2
+        tables = (self.automaton.fin[:n_pairs, part], self.automaton.inf[:n_pairs, part])
+        codes = next(coded_rows(self.automaton.delta[part], *tables, self.entries.n_states))[0]
+        return replaced(codes, self.entries.rows[state], np.array(values))
+
+
+def replaced(row: Array, old: Sequence[int], new: Array) -> Array:
+    """A row with other values in place of those that it has."""
+    keys = np.array(old)
+    if int(keys.max()) < _SHORT:
+        table = np.empty(int(keys.max()) + 1, dtype=new.dtype)
+        table[keys] = new
+        return table[row]
+    order = np.argsort(keys)
+    return new[order][np.searchsorted(keys[order], row)]
+
+
 def is_wide(delta: Array, n_pairs: int) -> bool:
     """Whether what this module does is faster than lists, and a next state with its marks fits into 63 bits."""
     n_states, n_classes = map(int, delta.shape)
@@ -66,19 +143,20 @@ def is_wide(delta: Array, n_pairs: int) -> bool:
     return fits and n_classes >= _WIDE and n_states * n_classes >= _LARGE
 
 
-def coded_rows(delta: Array, fin: Array, inf: Array) -> Iterator[Array]:
+def coded_rows(delta: Array, fin: Array, inf: Array, n_states: int = 0) -> Iterator[Array]:
     """The rows of a table, in blocks: next states, and below them the marks of transitions, as in `DRA.marks`.
 
     Args:
         delta: shape (n_states, n_classes).
         fin: shape (n_pairs, n_states, n_classes); no pairs where marks are on states.
         inf: same shape.
+        n_states: number of all states, if these are not all rows.
     """
-    n_states, n_classes = delta.shape
-    shift = 2 * len(fin)
+    n_rows, n_classes = delta.shape
+    shift, n_states = 2 * len(fin), n_states or n_rows
     kind: type[Any] = np.int32 if shift + n_states.bit_length() < 32 else np.int64
     at_once = max(1, _AT_ONCE // n_classes)
-    for start in range(0, n_states, at_once):
+    for start in range(0, n_rows, at_once):
         check_time()
         part = slice(start, start + at_once)
         codes: Array = np.left_shift(delta[part], shift, dtype=kind) if shift else delta[part]
@@ -154,3 +232,39 @@ def _sorted_values(row: Array) -> list[int]:
     groups = grouped_columns(row[None])
     values: list[int] = groups.values[groups.order].tolist()
     return values
+
+
+def told_apart(columns: Iterable[Array], size: int) -> npt.NDArray[np.int32]:
+    """A code for each position, shape (size,), equal where every column is: all of 0, 1, ..., m in some order.
+
+    Columns are joined as digits of one number as long as such numbers are few enough to be counted.
+    """
+    key, n_keys, most = np.zeros(size, dtype=np.int64), 1, 4 * size
+    for column in map(np.asarray, columns):
+        check_time()
+        if column.dtype.kind not in "bui" or int(column.min()) < 0 or int(column.max()) > most:
+            column = _dense(column)
+        n_values = int(column.max()) + 1
+        if n_keys * n_values > most:
+            key = _dense(key).astype(np.int64)
+            n_keys = int(key.max()) + 1
+            if n_keys == size:
+                break
+        if n_values > 1:
+            key *= n_values
+            np.add(key, column, out=key, casting="unsafe")
+            n_keys *= n_values
+        if n_keys > most:
+            key = _dense(key).astype(np.int64)
+            n_keys = int(key.max()) + 1
+    return _dense(key)
+
+
+def _dense(column: Array) -> npt.NDArray[np.int32]:
+    """The values of a column as codes 0..m in their order; without sorting where they are small."""
+    if column.dtype.kind in "bui" and int(column.min()) >= 0 and int(column.max()) <= 4 * len(column):
+        present = np.bincount(column) > 0
+        codes: npt.NDArray[np.int32] = (np.cumsum(present, dtype=np.int32) - 1)[column.astype(np.int64)]
+        return codes
+    inverse: npt.NDArray[np.int32] = np.unique(column, return_inverse=True)[1].astype(np.int32)
+    return inverse

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ltlc.arrays import BoolArray, np
-from ltlc.arrays import BoolArray, np
 from ltlc.formats.hoa_acceptance import AcceptanceSet, Atom, sets_of
 from ltlc.ltl.formula import FALSE, TRUE, And, Formula, Or, Proposition
 from ltlc.ltl.traversal import postorder

@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Literal, overload
 
 from ltlc.arrays import np
-from ltlc.arrays import np
 from ltlc.automata.acceptance import NEVER, Acceptance, Clause, TooManyClausesError
 from ltlc.automata.alphabet import truth_table
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized

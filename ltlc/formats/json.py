@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from ltlc.arrays import BoolArray, IntArray, np
-from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.finite import DFA, from_table
 from ltlc.automata.possible import MAX_APS, LetterNumbers, Possible
 from ltlc.automata.rabin import DRA, AcceptanceKind

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-
 from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.wide import FEW, LONG, Array, coded_rows, grouped_columns, value_masks

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ltlc.arrays import np, npt
-from ltlc.arrays import np, npt
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import SIMPLE_MARKS, Component, simplify_marks

@@ -12,6 +12,7 @@ from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
 from ltlc.automata.emptiness import MarkedEdge, accepting_parts
 from ltlc.automata.marks import SIMPLE_MARKS, Component, components
 from ltlc.automata.rabin import DRA
+from ltlc.automata.wide import Columns
 from ltlc.budget import Overtime, check_time, overtime
 from ltlc.errors import TimeLimitExceeded
 
@@ -47,9 +48,9 @@ def even_marks(automaton: DRA) -> EvenMarks:
     is_complete = all(part.is_complete for part in evened)
     if SIMPLE_MARKS in automaton.forms and all(new == edge[2] for edge, new in marks.items()):
         return EvenMarks(automaton, is_complete)
+    columns = Columns(automaton)
     table = [
-        [marks.get((q, target, old), 0) for target, old in zip(row, old_marks, strict=True)]
-        for q, (row, old_marks) in enumerate(zip(automaton.rows, automaton.edge_marks, strict=True))
+        columns.spread(q, [marks.get((q, t, old), 0) for t, old in columns.of(q)]) for q in range(automaton.n_states)
     ]
     languages = automaton.language_numbers if automaton.has_languages else None
     changed = automaton.with_marks(table, automaton.n_pairs).annotated(languages=languages)

@@ -7,7 +7,6 @@ from contextlib import suppress
 from operator import add
 from typing import NamedTuple
 
-from ltlc.arrays import IntArray, np
 from ltlc import graph
 from ltlc.arrays import IntArray, np
 from ltlc.automata.acceptance import exactly_one
@@ -310,9 +309,12 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
         columns = other.letter_class[automaton.alphabet.first_letter].tolist()
     twin = {automaton.initial_state: other.initial_state}
     order = [automaton.initial_state]
+    successors = automaton.successors
     for state in order:  # grows while it is read
-        for target, c in zip(automaton.rows[state], columns, strict=True):
+        row = successors[state]
+        firsts = columns if len(row) == len(columns) else [columns[(automaton.delta[state] == t).argmax()] for t in row]
+        for target, c in zip(row, firsts, strict=True):
             if target not in twin:
-                twin[target] = other.rows[twin[state]][c]
+                twin[target] = int(other.delta[twin[state], c])
                 order.append(target)
     return [twin[q] for q in range(automaton.n_states)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ltlc.arrays import IntArray, np
-from ltlc.arrays import IntArray, np
 from ltlc.automata.partition import number_blocks, pairs_within
 from ltlc.automata.rabin import DRA
 from ltlc.budget import check_time

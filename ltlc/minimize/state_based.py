@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
+from ltlc.arrays import np, npt
 from ltlc.automata.canonical import CANONICAL, canonical, tells_columns_apart
 from ltlc.automata.languages import can_decide_languages
 from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.automata.rabin import DRA
+from ltlc.automata.wide import Columns
 from ltlc.budget import NO_LIMIT, Budget, Overtime, has_time, overtime
 from ltlc.errors import LimitExceeded, TimeLimitExceeded
 from ltlc.minimize.even_marks import even_marks
@@ -153,7 +155,7 @@ def _split(automaton: DRA, budget: Budget, once: bool = False) -> DRA:
         budget: on the states.
         once: leave out marks on entry that the state before has.
     """
-    scc, rows, marks = automaton.scc, automaton.rows, automaton.edge_marks
+    scc, columns = automaton.scc, Columns(automaton)
     some_copy = [-1] * automaton.n_states
     for q, row in enumerate(automaton.marked_graph):
         for target, entry in row:
@@ -164,18 +166,19 @@ def _split(automaton: DRA, budget: Budget, once: bool = False) -> DRA:
     start = automaton.initial_state
     order = [(start, some_copy[start])]
     number = {order[0]: 0}
-    delta: list[list[int]] = []
+    delta: list[Sequence[int] | npt.NDArray[np.int32]] = []
     for state, carried in order:  # grows while it is read
         budget.check_size(len(order))
         budget.check_table(len(order), automaton.n_classes)
-        delta.append([])
         here, left_out = scc[state], carried if once else 0
-        for target, entry in zip(rows[state], marks[state], strict=True):
+        numbers = []
+        for target, entry in columns.of(state):
             node = (target, entry & ~left_out if scc[target] == here else some_copy[target])
             if node not in number:
                 number[node] = len(order)
                 order.append(node)
-            delta[-1].append(number[node])
+            numbers.append(number[node])
+        delta.append(columns.spread(state, numbers))
 
     split = automaton.with_tables(delta, [entry for _, entry in order], 0, "state")
     if once:

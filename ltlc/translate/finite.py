@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterator
 from functools import reduce
 
 from ltlc.arrays import np
-from ltlc.arrays import np
 from ltlc.automata.acceptance import ALWAYS, NEVER
 from ltlc.automata.emerson_lei import EmersonLei, explore, quotient, refine
 from ltlc.automata.finite import DFA

@@ -11,7 +11,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from ltlc.arrays import np
-from ltlc.arrays import np
 from ltlc.automata.acceptance import Acceptance, Clause, rabin
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized, merged
 from ltlc.automata.omega import OmegaAutomaton, aligned, edges_of, shared

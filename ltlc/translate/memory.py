@@ -16,7 +16,6 @@ from functools import cache, reduce
 from typing import NamedTuple
 
 from ltlc.arrays import np
-from ltlc.arrays import np
 from ltlc.automata.emerson_lei import EmersonLei, explore
 from ltlc.budget import Budget, check_time
 from ltlc.ltl import (

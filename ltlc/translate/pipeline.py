@@ -11,7 +11,6 @@ from operator import or_
 from typing import NamedTuple
 
 from ltlc.arrays import np
-from ltlc.arrays import np
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emerson_lei import EmersonLei
 from ltlc.automata.languages import can_decide_languages
