@@ -11,6 +11,7 @@ from ltlc.automata.acceptance import exactly_one, rabin_accepts
 from ltlc.automata.alphabet import first_positions
 from ltlc.automata.emptiness import accepting_nodes
 from ltlc.automata.partition import number_blocks, numbered, pairs_within, refine
+from ltlc.automata.wide import Array, HasEntries, rows_of_marks
 from ltlc.budget import check_time
 
 MAX_PRODUCT_EDGES = 500_000
@@ -21,7 +22,7 @@ _SMALL_AUTOMATON = 200
 """entries of the table up to which plain lists are faster than arrays."""
 
 
-class HasTable(Protocol):
+class HasTable(HasEntries, Protocol):
     """The part of a Rabin automaton that languages depend on."""
 
     @property
@@ -35,18 +36,6 @@ class HasTable(Protocol):
     @property
     def n_pairs(self) -> int:
         """Number of Rabin pairs."""
-
-    @property
-    def delta(self) -> IntArray:
-        """Next state, shape (n_states, n_classes)."""
-
-    @property
-    def rows(self) -> list[list[int]]:
-        """`delta` as lists."""
-
-    @property
-    def edge_marks(self) -> list[list[int]]:
-        """Marks seen on each transition."""
 
     @property
     def has_languages(self) -> bool:
@@ -91,10 +80,11 @@ def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], boo
     """
     if a.n_states * a.n_classes <= _SMALL_AUTOMATON and _evidently_different(a):
         return list(range(a.n_states)), True
-    bisimilar = refine(a.delta, number_blocks(map(tuple, a.edge_marks)))
+    table = rows_of_marks(a)
+    bisimilar = refine(a.delta, number_blocks(map(tuple if isinstance(table, list) else np.ndarray.tobytes, table)))
     first = np.unique(bisimilar, return_index=True)[1]
     delta = bisimilar[a.delta[first]]
-    marks = [a.edge_marks[q] for q in first.tolist()]
+    marks = [table[q] for q in first.tolist()]
     alike = number_blocks(range(len(first)) if a.alike is None else map(a.alike.__getitem__, first.tolist()))
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
     left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
@@ -104,7 +94,10 @@ def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], boo
     node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
 
     shift = 2 * a.n_pairs
-    rows, same = delta.tolist(), alike.tolist()
+    asked = sorted({q for pair in node for q in pair})
+    rows = dict(zip(asked, delta[asked].tolist(), strict=True))
+    seen = {q: row if isinstance(row := marks[q], list) else np.asarray(row).tolist() for q in asked}
+    same = alike.tolist()
     edges: list[list[tuple[int, int]]] = []
     told_apart: set[int] = set()
     for p, q in node:
@@ -112,7 +105,7 @@ def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], boo
             check_time()
         steps = {
             (s, t, m | n << shift)
-            for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True)
+            for s, t, m, n in zip(rows[p], rows[q], seen[p], seen[q], strict=True)
             if same[s] != same[t]
         }
         if all((s, t) in node for s, t, _ in steps):
@@ -166,7 +159,7 @@ def _repeated(c: int, a: HasTable) -> list[bool]:
     return [accepted[q] for q in range(a.n_states)]
 
 
-def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int]], n_pairs: int) -> IntArray:
+def _periodic_verdicts(delta: IntArray, marks: Sequence[Sequence[int] | Array], n_pairs: int) -> IntArray:
     """A partition of the states by which words they accept that repeat one or two letter classes for ever."""
     n_states, n_classes = delta.shape
     blocks = np.zeros(n_states, dtype=np.int32)

@@ -8,7 +8,9 @@ from ltlc.arrays import IntArray, np
 from ltlc.budget import check_time
 
 _WIDE = 1 << 12
-"""Rows of so many columns are looked at one by one."""
+"""columns from which on rows are looked at one by one,"""
+_SOME = 1 << 10
+"""and at so many places first."""
 
 
 def numbered(keys: Iterable[Hashable]) -> list[int]:
@@ -35,11 +37,18 @@ def refine(delta: IntArray, block: IntArray) -> IntArray:
     References:
         E. F. Moore, Gedanken-experiments on sequential machines, Automata Studies 1956, doi 10.1515/9781400882618-006.
     """
+    if delta.shape[1] >= _WIDE:  # what some columns tell apart need not be asked of all
+        block = _refine_long_rows(np.ascontiguousarray(delta[:, :: delta.shape[1] // _SOME | 1]), block)
+        return _refine_long_rows(delta, block)
+    numbers = refine_by(block.tolist(), lambda block: map(np.ndarray.tobytes, np.array(block, dtype=np.int32)[delta]))
+    return np.array(numbers, dtype=np.int32)
+
+
+def _refine_long_rows(delta: IntArray, block: IntArray) -> IntArray:
+    """`refine`, with one row in memory at a time, and none of a state that is told apart from all others already."""
 
     def signatures(numbers: list[int]) -> Iterable[bytes]:
         block = np.array(numbers, dtype=np.int32)
-        if delta.shape[1] < _WIDE:
-            return map(np.ndarray.tobytes, block[delta])
         short = block.astype(np.min_scalar_type(int(block.max())))
         alone = (np.bincount(block) == 1)[block].tolist()
         return (b"" if single else short[row].tobytes() for single, row in zip(alone, delta, strict=True))

@@ -509,7 +509,9 @@ def _check(condition: bool, message: str) -> None:
 
 
 def _freeze(automaton: DRA, field: str, dtype: type[np.generic], shape: tuple[int | None, ...]) -> None:
-    array = np.array(getattr(automaton, field), dtype=dtype)
+    given = getattr(automaton, field)
+    is_frozen = isinstance(given, np.ndarray) and given.dtype == dtype and given.base is None
+    array = given if is_frozen and not given.flags.writeable else np.array(given, dtype=dtype)
     known = len(shape) - shape.count(None)  # the sizes that are known come last
     if array.ndim != len(shape) or array.shape[array.ndim - known :] != shape[len(shape) - known :]:
         raise InvalidAutomatonError(f"{field} has shape {array.shape}, expected {shape} (None: any size)")

@@ -22,6 +22,7 @@ FEW = 32
 """as long as there are no more values than this."""
 _AT_ONCE = 1 << 18
 """entries that are looked at in one block of rows."""
+_WORD = 1 << 62
 _SHORT = 1 << 15
 """Numbers below are sorted by counting their digits."""
 
@@ -123,6 +124,18 @@ class Columns:
         tables = (self.automaton.fin[:n_pairs, part], self.automaton.inf[:n_pairs, part])
         codes = next(coded_rows(self.automaton.delta[part], *tables, self.entries.n_states))[0]
         return replaced(codes, self.entries.rows[state], np.array(values))
+
+
+def rows_of_marks(automaton: HasEntries) -> list[list[int]] | Array:
+    """`edge_marks`, where the table is wide as an array of integers as short as can be."""
+    if automaton.entries is None:
+        return automaton.edge_marks
+    kind = np.min_scalar_type((1 << 2 * len(automaton.fin)) - 1)
+    marks = np.zeros(automaton.fin.shape[1:], dtype=kind)
+    for i, tables in enumerate(zip(automaton.fin, automaton.inf, strict=True)):
+        for place, table in enumerate(tables, 2 * i):
+            marks |= table.astype(kind) << kind.type(place)
+    return marks[automaton.delta] if automaton.fin.ndim == automaton.delta.ndim else marks
 
 
 def replaced(row: Array, old: Sequence[int], new: Array) -> Array:
@@ -237,26 +250,27 @@ def _sorted_values(row: Array) -> list[int]:
 def told_apart(columns: Iterable[Array], size: int) -> npt.NDArray[np.int32]:
     """A code for each position, shape (size,), equal where every column is: all of 0, 1, ..., m in some order.
 
-    Columns are joined as digits of one number as long as such numbers are few enough to be counted.
+    Columns are joined as digits of one number: as long as such numbers are few enough to be counted, or where they
+    never are, as long as they fit, since they are sorted then.
     """
-    key, n_keys, most = np.zeros(size, dtype=np.int64), 1, 4 * size
+    key, n_keys = np.zeros(size, dtype=np.int64), 1
+    limit = most = 4 * size
     for column in map(np.asarray, columns):
         check_time()
         if column.dtype.kind not in "bui" or int(column.min()) < 0 or int(column.max()) > most:
             column = _dense(column)
         n_values = int(column.max()) + 1
-        if n_keys * n_values > most:
+        if n_values == 1:
+            continue
+        if n_keys * n_values > limit:
             key = _dense(key).astype(np.int64)
             n_keys = int(key.max()) + 1
             if n_keys == size:
                 break
-        if n_values > 1:
-            key *= n_values
-            np.add(key, column, out=key, casting="unsafe")
-            n_keys *= n_values
-        if n_keys > most:
-            key = _dense(key).astype(np.int64)
-            n_keys = int(key.max()) + 1
+            limit = most if n_keys * n_values <= most else _WORD
+        key *= n_values
+        np.add(key, column, out=key, casting="unsafe")
+        n_keys *= n_values
     return _dense(key)
 
 

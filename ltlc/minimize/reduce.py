@@ -76,15 +76,16 @@ def merge_bisimilar(automaton: DRA) -> DRA:
     """
     if QUOTIENT in automaton.forms or (can_decide_languages(automaton) and automaton.n_languages == automaton.n_states):
         return automaton
-    marks: Iterable[Hashable] = automaton.mark_lists if automaton.is_listed else ()
+    marks: Iterable[Hashable]
     if automaton.is_listed:
         marks = automaton.mark_lists if automaton.acceptance == "state" else map(tuple, automaton.mark_lists)
         block = refine_rows(automaton.rows, marks)
     else:
-        marks = map(tuple, automaton.edge_marks)
         if automaton.acceptance == "state" or automaton.entries is not None:
             tables = (table.swapaxes(0, 1) for table in (automaton.fin, automaton.inf))
             marks = (fin.tobytes() + inf.tobytes() for fin, inf in zip(*tables, strict=True))
+        else:
+            marks = map(tuple, automaton.edge_marks)
         block = refine(automaton.delta, number_blocks(marks)).tolist()
     if max(block) + 1 == automaton.n_states:
         return automaton.annotated(QUOTIENT)
