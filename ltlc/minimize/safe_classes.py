@@ -1,110 +1,143 @@
-"""How small a component of a recurrence or a persistence language can be at best, whatever its pairs.
+"""How small a component can be at best, whatever its pairs, by what can be read without leaving some of its edges.
 
-Let L be a persistence language: a deterministic automaton accepts the runs that stay, from some time on, on edges of
-accepted cycles, if these make no rejected one. Call these edges *safe*, and the words along which a run can stay on
-them for ever the safe language of a state. A strong component of safe edges is *needed* where no state elsewhere has
-the same residual and a safe language that contains that of a state in it.
+Call the edges on accepted cycles *safe*, or those on rejected cycles, and the words along which a run can stay on them
+the safe language of a state. A strong component T of safe edges all of which together are accepted, or rejected, is
+*needed* if no state elsewhere has the residual of a state of T and a safe language that contains its own.
 
-A Rabin automaton for L has a state for each residual and safe language of a needed component T. Let it read words
-that keep this automaton in T for so long that a set of edges remains, taken again and again, which is accepted. Say
-that it is in one state beside p and beside q, and w is safe for q, not for p. Read on from a state of T whose safe
-language no other contains, so that no other run of this automaton stays safe; lead the one that is left to p; and read
-w as if it were q. Then none is safe, but the other automaton takes the same edges for ever, and accepts.
+Another automaton for the same words has, for a needed T, a state for each residual and safe language in T. Let it read
+words that keep this automaton in T, for so long that only edges remain that are taken again and again. Say that it is
+in one state beside p and beside q, and w is safe for q, not for p. Read on from a state of T whose safe language no
+other contains, so that no other run of this automaton stays safe; lead the one that is left to p; and read w as if it
+were q. Then this automaton leaves the safe edges again and again, but the other one takes all of its edges for ever,
+and no more, as it does along T: their verdicts differ.
 
-The complement of a recurrence language is a persistence language, and Rabin automata for the former are co-Buchi
-automata for the latter: these need such states for all needed components together.
+What two needed components of rejected cycles ask for are different states, since Rabin automata reject the union of
+rejected cycles. All this holds again inside of T, with safe languages in place of residuals.
 
 References:
     B. Abu Radi, O. Kupferman: Minimizing GFG Transition-Based Automata. ICALP 2019, doi 10.4230/LIPIcs.ICALP.2019.100
     (the smallest co-Buchi automata whose choices may depend on the past).
-    S. Krishnan, A. Puri, R. Brayton: Deterministic omega automata vis-a-vis deterministic Buchi automata. ISAAC 1994,
-    doi 10.1007/3-540-58325-4_202 (which edges decide).
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from ltlc import graph
-from ltlc.automata.acceptance import Acceptance, rabin, streett
+from ltlc.automata.acceptance import Acceptance, holds, rabin, streett
 from ltlc.automata.emptiness import accepting_parts
 from ltlc.budget import check_time
 from ltlc.minimize.residuals import Part
 
 _MAX_WORK = 500_000
 """Pairs of states of one residual, times columns, up to which it is worth comparing their safe languages."""
-SafeMoves = list[tuple[int, ...]]
-"""Per state and column: the next state along a safe edge, else -1."""
+Moves = list[list[tuple[int, int]]]
+"""Per state and column: the next state and the marks on the way, or `_NONE`."""
+_NONE = -1, 0
+
+
+class Component(NamedTuple):
+    """A strong component of safe edges: states, and for each one a number of its residual and safe language."""
+
+    states: list[int]
+    languages: list[int]
 
 
 def least_by_safe_edges(part: Part) -> int:
-    """A number of states that no component for the same words goes below; 0 for other languages, or large parts."""
+    """A number of states that no component for the same words goes below; 0 for large parts."""
     if sum(n**2 for n in Counter(part.residual_of).values()) * part.n_columns > _MAX_WORK:
         return 0
-    accepted, rejected = rabin(part.n_pairs), (streett(part.n_pairs),)
-    moves = _safe_moves(part, rejected, accepted)
-    if moves is not None:
-        return sum(map(len, _needed(part.residual_of, moves)))
-    moves = _safe_moves(part, accepted, rejected)
-    if moves is None:
-        return 0
-    needed = _needed(part.residual_of, moves)
-    return max((len(residuals) + len(part.residuals) - len(set(residuals)) for residuals in needed), default=0)
-
-
-def _safe_moves(part: Part, good: Acceptance, bad: Acceptance) -> SafeMoves | None:
-    """The edges on good cycles, or None if these alone can make a bad one."""
-    edges = [
-        sorted({(t, marks) for t, marks in zip(*row, strict=True) if t >= 0})
+    moves = [
+        [move if move[0] >= 0 else _NONE for move in zip(*row, strict=True)]
         for row in zip(part.delta, part.marks, strict=True)
     ]
+    return _least(part.n_pairs, part.residual_of, moves)
+
+
+def _least(n_pairs: int, residual_of: Sequence[int], moves: Moves) -> int:
+    least = n_residuals = len(set(residual_of))
+    for verdict, cycles in ((False, (streett(n_pairs),)), (True, rabin(n_pairs))):
+        if least == len(moves):
+            return least
+        safe = _safe_moves(moves, cycles)
+        found = [0]
+        for alternatives in _needed(residual_of, safe):
+            chosen = [c for c in alternatives if not verdict or holds(cycles, _marks(safe, c.states))]
+            bound = max([_inside(n_pairs, residual_of, moves, safe, c) for c in chosen], default=0)
+            others = n_residuals - len({residual_of[q] for q in alternatives[0].states}) if verdict else 0
+            found.append(bound + others)
+        least = max(least, max(found) if verdict else sum(found))
+    return least
+
+
+def _inside(n_pairs: int, residual_of: Sequence[int], moves: Moves, safe: Moves, component: Component) -> int:
+    """The bound for a component of safe edges, which is not looked into again where it shows nothing new."""
+    states, languages = component
+    if len(states) == len(moves) and safe == moves and len(set(languages)) == len(set(residual_of)):
+        return len(set(languages))
+    number = {q: i for i, q in enumerate(states)}
+    return _least(
+        n_pairs, languages, [[(number[t], marks) if t in number else _NONE for t, marks in safe[q]] for q in states]
+    )
+
+
+def _marks(moves: Moves, states: list[int]) -> int:
+    seen = 0
+    for q in states:
+        for t, marks in moves[q]:
+            seen |= marks if t >= 0 else 0
+    return seen
+
+
+def _safe_moves(moves: Moves, cycles: Acceptance) -> Moves:
+    """The moves on some cycles."""
+    edges = [sorted({move for move in row if move[0] >= 0}) for row in moves]
     safe: list[set[tuple[int, int]]] = [set() for _ in edges]
-    for nodes, avoided, _ in accepting_parts(edges, good):
+    for nodes, avoided, _ in accepting_parts(edges, cycles):
         inside = set(nodes)
         for q in nodes:
             safe[q].update([(t, marks) for t, marks in edges[q] if t in inside and not marks & avoided])
-    if next(accepting_parts([sorted(row) for row in safe], bad), None) is not None:
-        return None
-    return [
-        tuple([t if (t, marks) in here else -1 for t, marks in zip(*row, strict=True)])
-        for here, row in zip(safe, zip(part.delta, part.marks, strict=True), strict=True)
-    ]
+    return [[move if move in here else _NONE for move in row] for here, row in zip(safe, moves, strict=True)]
 
 
-def _needed(residual_of: Sequence[int], moves: SafeMoves) -> list[list[int]]:
-    """The needed components: of each state with a safe language of its own, the residual."""
-    residuals, moves = _merged(residual_of, moves)
-    above = _rivals(residuals, moves)
-    component = graph.strong_components([[t for t in row if t >= 0] for row in moves])
-    needed = []
-    left = (1 << len(moves)) - 1
-    for states in graph.component_members(component):
-        here = sum(1 << q for q in states)
-        if any(above[q] & left & ~here for q in states):
+def _needed(residual_of: Sequence[int], safe: Moves) -> Iterator[list[Component]]:
+    """For each needed set of safe languages, the components that have them: states, and the language of each."""
+    targets = [[t for t, _ in row] for row in safe]
+    language = _languages(residual_of, targets)
+    first = [language.index(b) for b in range(max(language) + 1)]
+    above = _rivals(
+        [residual_of[q] for q in first], [[language[t] if t >= 0 else -1 for t in targets[q]] for q in first]
+    )
+    having: dict[int, list[Component]] = {}
+    for states in graph.component_members(graph.strong_components([[t for t in row if t >= 0] for row in targets])):
+        found = Component(states, [language[q] for q in states])
+        having.setdefault(sum(1 << b for b in set(found.languages)), []).append(found)
+    left = (1 << len(first)) - 1
+    for here, components in having.items():
+        if any(above[b] & left & ~here for b in graph.bits(here)):
             left &= ~here
         else:
-            needed.append([residuals[q] for q in states])
-    return needed
+            yield components
 
 
-def _merged(residual_of: Sequence[int], moves: SafeMoves) -> tuple[list[int], SafeMoves]:
-    """One state for those of one residual and safe language."""
+def _languages(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> list[int]:
+    """A number for each state, the same for those of one residual and safe language."""
     block, n_blocks = list(residual_of), 0
     while len(set(block)) > n_blocks:
         n_blocks = len(set(block))
         number: dict[tuple[int, ...], int] = {}
-        rows = ((b, *[block[t] if t >= 0 else -1 for t in row]) for b, row in zip(block, moves, strict=True))
+        rows = ((b, *[block[t] if t >= 0 else -1 for t in row]) for b, row in zip(block, targets, strict=True))
         block = [number.setdefault(row, len(number)) for row in rows]
-    first = [block.index(b) for b in range(n_blocks)]
-    return [residual_of[q] for q in first], [tuple(block[t] if t >= 0 else -1 for t in moves[q]) for q in first]
+    return block
 
 
-def _rivals(residual_of: Sequence[int], moves: SafeMoves) -> list[int]:
+def _rivals(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> list[int]:
     """For each state the set of those of its residual whose safe language contains its own, itself among them."""
-    able = [sum(1 << q for q, row in enumerate(moves) if row[c] >= 0) for c in range(len(moves[0]))]
+    able = [sum(1 << q for q, row in enumerate(targets) if row[c] >= 0) for c in range(len(targets[0]))]
     above = []
-    for residual, row in zip(residual_of, moves, strict=True):
+    for residual, row in zip(residual_of, targets, strict=True):
         rivals = sum(1 << q for q, other in enumerate(residual_of) if other == residual)
         for c, target in enumerate(row):
             rivals &= able[c] if target >= 0 else -1
@@ -113,9 +146,9 @@ def _rivals(residual_of: Sequence[int], moves: SafeMoves) -> list[int]:
     while changed:
         check_time()
         changed = False
-        for q, row in enumerate(moves):
+        for q, row in enumerate(targets):
             for rival in graph.bits(above[q] & ~(1 << q)):
-                if any(t >= 0 and not above[t] >> moves[rival][c] & 1 for c, t in enumerate(row)):
+                if any(t >= 0 and not above[t] >> targets[rival][c] & 1 for c, t in enumerate(row)):
                     above[q] ^= 1 << rival
                     changed = True
     return above

@@ -12,7 +12,7 @@ from ltlc.automata import DRA, equivalent
 from ltlc.automata.rabin import AcceptanceKind
 from ltlc.errors import MissingProgramError
 from ltlc.ltl import parse
-from ltlc.minimize import collapse, lower_bound, minimize
+from ltlc.minimize import collapse, lower_bound, merge_by_trial, minimize
 from ltlc.translate import Options, translate
 
 PHI = {
@@ -46,6 +46,8 @@ def sat() -> None:
         ("G F (a & X X X a)", 8),
         ("G F (a & X b) & G(c -> F d)", 5),
         ("F G (a | X X b) & F G (c | X X X d)", 32),
+        ("G F (a & X b) & F G (c | X X d)", 8),
+        ("G F (a & X b) | G F (c & X X d) & F G e", 8),
         (" & ".join(f"G(a{i} -> F b{i})" for i in range(6)), 193),
     ],
 )
@@ -78,6 +80,13 @@ def test_lower_bound_of_recurrence_depends_on_the_language_alone(text: str) -> N
     bounds = [lower_bound(compiled(text, translator=name)) for name in ("product", "safra", "dual-safra", "auto")]
     assert len(set(bounds)) == 1
     assert 1 < bounds[0] <= compiled(text).n_states
+
+
+@pytest.mark.slow
+def test_lower_bound_is_below_what_any_construction_finds() -> None:
+    for automaton in random_automata(150):
+        bounds = [lower_bound(other) for other in (automaton, collapse(automaton).automaton)]
+        assert max(bounds) <= min(automaton.n_states, merge_by_trial(automaton).n_states)
 
 
 @pytest.mark.parametrize("text", ["F G a | F G b", "F G (a | X b) | F G (c | X d)", "F G (a | X X b) | F G (!a & X c)"])
