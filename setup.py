@@ -44,7 +44,16 @@ COMPILED = {
         "rabin_type",
         "simulation",
     ),
-    "ltlc/minimize": ("collapse", "lower_bound", "merge_by_trial", "reduce", "residuals", "state_based"),
+    "ltlc/minimize": (
+        "collapse",
+        "lower_bound",
+        "merge_by_trial",
+        "reduce",
+        "residuals",
+        "safe_classes",
+        "state_based",
+        "words",
+    ),
     "ltlc/translate": (
         "closure",
         "components",

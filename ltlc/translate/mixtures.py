@@ -215,7 +215,7 @@ def _pulled_out(f: Formula, simpler: dict[Formula, Formula]) -> Formula | None:
         part = _part(inner, type(f))
         if part is None:
             return None
-        with_part, without = (_replaced_here(inner, part, value, simpler) for value in (TRUE, FALSE))
+        with_part, without = [_replaced_here(inner, part, value, simpler) for value in (TRUE, FALSE)]
         if isinstance(f, Always):
             return WeakUntil(without, part) & Always(with_part)
         return StrongRelease(with_part, part) | Eventually(without)
@@ -224,7 +224,7 @@ def _pulled_out(f: Formula, simpler: dict[Formula, Formula]) -> Formula | None:
     part = _part(left, operator)
     if part is None:
         return None
-    with_part, without = (_replaced_here(left, part, value, simpler) for value in (TRUE, FALSE))
+    with_part, without = [_replaced_here(left, part, value, simpler) for value in (TRUE, FALSE)]
     match f:
         case WeakUntil():
             return WeakUntil(without, right | part) & WeakUntil(with_part, right)
