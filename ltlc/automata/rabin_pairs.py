@@ -22,7 +22,8 @@ from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.possible import Possible
-from ltlc.automata.rabin import DRA, FEW_ENTRIES, MARKS_IN_WORD
+from ltlc.automata.rabin import DRA
+from ltlc.automata.tables import FEW_ENTRIES, MARKS_IN_WORD
 from ltlc.budget import Budget, check_time
 from ltlc.graph import bits
 
