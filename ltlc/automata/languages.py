@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.acceptance import exactly_one, rabin_accepts
-from ltlc.automata.alphabet import first_positions
 from ltlc.automata.emptiness import accepting_nodes
-from ltlc.automata.partition import number_blocks, numbered, pairs_within, refine
+from ltlc.automata.partition import number_blocks, numbered, pairs_within, refine, refine_rows
 from ltlc.automata.wide import Array, HasEntries, rows_of_marks
 from ltlc.budget import check_time
 
@@ -78,34 +77,74 @@ def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], boo
         max_edges: product edges to look at; the largest groups of states that would need more count as different, so
             that states of one class still have the same language. None: decide all.
     """
-    if a.n_states * a.n_classes <= _SMALL_AUTOMATON and _evidently_different(a):
-        return list(range(a.n_states)), True
+    is_small = a.n_states * a.n_classes <= _SMALL_AUTOMATON
+    if is_small and (max_edges is None or a.n_states**2 * a.n_classes <= max_edges):
+        return _languages_of_few(a), True
     table = rows_of_marks(a)
     bisimilar = refine(a.delta, number_blocks(map(tuple if isinstance(table, list) else np.ndarray.tobytes, table)))
-    first = np.unique(bisimilar, return_index=True)[1]
+    first: list[int] = np.unique(bisimilar, return_index=True)[1].tolist()
     delta = bisimilar[a.delta[first]]
-    marks = [table[q] for q in first.tolist()]
-    alike = number_blocks(range(len(first)) if a.alike is None else map(a.alike.__getitem__, first.tolist()))
+    marks = [table[q] for q in first]
+    same = _known_to_be_alike(a, first)
     block = refine(delta, _periodic_verdicts(delta, marks, a.n_pairs))
     left, right = pairs_within(block, None if max_edges is None else max_edges // a.n_classes)
     is_exact = len(left) == sum(n * (n - 1) for n in np.bincount(block).tolist())
+    alike = np.array(same, dtype=np.int32)
     unknown = alike[left] != alike[right]
-    left, right = left[unknown], right[unknown]
-    node = {pair: i for i, pair in enumerate(zip(left.tolist(), right.tolist(), strict=True))}
-
-    shift = 2 * a.n_pairs
-    asked = sorted({q for pair in node for q in pair})
+    pairs = list(zip(left[unknown].tolist(), right[unknown].tolist(), strict=True))
+    asked = sorted({q for pair in pairs for q in pair})
     rows = dict(zip(asked, delta[asked].tolist(), strict=True))
     seen = {q: row if isinstance(row := marks[q], list) else np.asarray(row).tolist() for q in asked}
-    same = alike.tolist()
+    smallest = _smallest_alike(pairs, rows, seen, same, a.n_pairs)
+    return numbered([smallest[b] for b in bisimilar.tolist()]), is_exact
+
+
+def _languages_of_few(a: HasTable) -> list[int]:
+    """`language_numbers` with lists, for small automata."""
+    block = _told_apart_by_repetition(a)
+    if max(block) + 1 == a.n_states:
+        return list(range(a.n_states))
+    bisimilar = refine_rows(a.rows, map(tuple, a.edge_marks))
+    first = [bisimilar.index(b) for b in range(max(bisimilar) + 1)]
+    rows = dict(enumerate([bisimilar[target] for target in a.rows[q]] for q in first))
+    seen = dict(enumerate(a.edge_marks[q] for q in first))
+    same, blocks = _known_to_be_alike(a, first), [block[q] for q in first]
+    pairs = [(p, q) for p in rows for q in rows if blocks[p] == blocks[q] and same[p] != same[q]]
+    smallest = _smallest_alike(pairs, rows, seen, same, a.n_pairs)
+    return numbered([smallest[b] for b in bisimilar])
+
+
+def _known_to_be_alike(a: HasTable, states: Sequence[int]) -> list[int]:
+    """Equal numbers for those of the states that are known to accept the same words."""
+    return list(range(len(states))) if a.alike is None else numbered([a.alike[q] for q in states])
+
+
+def _smallest_alike(
+    pairs: Sequence[tuple[int, int]],
+    rows: Mapping[int, Sequence[int]],
+    marks: Mapping[int, Sequence[int]],
+    same: Sequence[int],
+    n_pairs: int,
+) -> list[int]:
+    """For each state, the smallest one that accepts the same words.
+
+    Args:
+        pairs: ordered pairs of states of which it is asked; other pairs accept different words, or are in `same`.
+        rows: next states of those in some pair.
+        marks: like `rows`.
+        same: equal entries for states that are known to accept the same words.
+        n_pairs: number of Rabin pairs.
+    """
+    node = {pair: i for i, pair in enumerate(pairs)}
+    shift = 2 * n_pairs
     edges: list[list[tuple[int, int]]] = []
     told_apart: set[int] = set()
-    for p, q in node:
+    for p, q in pairs:
         if not len(edges) & 255:
             check_time()
         steps = {
             (s, t, m | n << shift)
-            for s, t, m, n in zip(rows[p], rows[q], seen[p], seen[q], strict=True)
+            for s, t, m, n in zip(rows[p], rows[q], marks[p], marks[q], strict=True)
             if same[s] != same[t]
         }
         if all((s, t) in node for s, t, _ in steps):
@@ -113,32 +152,25 @@ def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], boo
         else:
             told_apart.add(len(edges))
             edges.append([])
-    told_apart |= accepting_nodes(edges, exactly_one(a.n_pairs, a.n_pairs))
-    different = np.zeros(len(left), dtype=np.bool_)
-    different[graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart))] = True
+    told_apart |= accepting_nodes(edges, exactly_one(n_pairs, n_pairs))
+    different = set(graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart)))
+    first: dict[int, int] = {}
+    smallest = [first.setdefault(number, q) for q, number in enumerate(same)]
+    for i, (p, q) in enumerate(pairs):
+        if q < smallest[p] and i not in different:
+            smallest[p] = q
+    return smallest
 
-    smallest = first_positions(alike)[alike]
-    np.minimum.at(smallest, left[~different], right[~different])
-    return numbered(smallest[bisimilar].tolist()), is_exact
 
-
-def _evidently_different(a: HasTable) -> bool:
-    """Whether words that repeat one letter class in the end tell all states apart; with lists, for small automata."""
+def _told_apart_by_repetition(a: HasTable) -> list[int]:
+    """A partition of the states by words that repeat one letter class in the end; with lists, for small automata."""
     block = [0] * a.n_states
     for c in range(a.n_classes if a.n_states > 1 else 0):
         verdicts = _repeated(c, a)
-        numbers: dict[tuple[int, bool], int] = {}
-        block = [numbers.setdefault(key, len(numbers)) for key in zip(block, verdicts, strict=True)]
-        if len(numbers) == a.n_states:
-            return True
-    n_blocks = 0
-    while n_blocks < max(block) + 1 < a.n_states:
-        n_blocks = max(block) + 1
-        seen: dict[tuple[int, ...], int] = {}
-        block = [
-            seen.setdefault((b, *[block[t] for t in row]), len(seen)) for b, row in zip(block, a.rows, strict=True)
-        ]
-    return max(block) + 1 == a.n_states
+        block = numbered(zip(block, verdicts, strict=True))
+        if max(block) + 1 == a.n_states:
+            return block
+    return refine_rows(a.rows, block)
 
 
 def _repeated(c: int, a: HasTable) -> list[bool]:

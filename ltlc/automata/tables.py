@@ -153,29 +153,32 @@ class Tables:
         fin, inf = _as_columns(marks, n_pairs)
         return replace(self, fin=fin, inf=inf, acceptance=acceptance)
 
-    def with_tables(self, rows: Sequence[Row], marks: Marks, initial_state: int, acceptance: AcceptanceKind) -> Self:
-        """Other states without names, over the same letter classes and with as many pairs.
+    def with_tables(
+        self, rows: Sequence[Row], marks: Marks, n_pairs: int, initial_state: int, acceptance: AcceptanceKind
+    ) -> Self:
+        """Other states, without names, over the same letter classes.
 
         Args:
             rows: next states, as in `rows`.
             marks: as in `mark_lists`.
+            n_pairs: number of Rabin pairs.
             initial_state: the state before any letter is read.
             acceptance: what carries the marks.
         """
-        if self.entries is None and len(rows) * self.n_classes <= FEW_ENTRIES and self.n_pairs <= MARKS_IN_WORD:
+        if self.entries is None and len(rows) * self.n_classes <= FEW_ENTRIES and n_pairs <= MARKS_IN_WORD:
             return self.from_lists(
                 self.aps,
                 rows,
                 marks,
                 self.alphabet.classes,
-                self.n_pairs,
+                n_pairs,
                 initial_state=initial_state,
                 acceptance=acceptance,
                 formula=self.formula,
                 translator=self.translator,
                 possible=self.possible,
             )
-        fin, inf = _as_columns(marks, self.n_pairs)
+        fin, inf = _as_columns(marks, n_pairs)
         return replace(
             self,
             delta=np.array(rows, dtype=np.int32),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from ltlc.arrays import np, npt
 from ltlc.automata.canonical import CANONICAL, canonical
@@ -114,6 +114,12 @@ def source_structure(automaton: DRA, part: Part) -> Structure:
     """The component of the automaton itself."""
     columns = [part.column.index(c) for c in range(part.n_columns)]
     states = list(part.states)
+    if automaton.is_listed:
+        marks = [automaton.mark_lists[q] for q in states]
+        if automaton.acceptance == "transition":
+            marks = [row[c] for row in marks for c in columns]
+        masks = [sum(1 << k for k, m in enumerate(marks) if m >> i & 1) for i in range(2 * automaton.n_pairs)]
+        return Structure(part.residual_of, part.delta, tuple(map(LabelPair, masks[::2], masks[1::2])))
     if automaton.acceptance == "state":
         fin, inf = automaton.fin[:, states], automaton.inf[:, states]
     else:
@@ -133,7 +139,6 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
     The marks are simple: structures are made with such marks, or are those of the automaton.
     """
     automaton = found.automaton
-    rows = found.rows
     states: list[tuple[int, int]] = []  # (part or -1, state of the part or residual)
     number: dict[tuple[int, int], int] = {}
     entry: dict[int, int] = {}  # residual -> some state
@@ -151,34 +156,34 @@ def rebuild(found: Residuals, structures: Sequence[Structure]) -> DRA:
         return automaton
     on_states = automaton.acceptance == "state"
     n_pairs = max([1, *(len(s.pairs) for s in structures)])
-    shape = (n_pairs, len(states)) if on_states else (n_pairs, len(states), automaton.n_classes)
-    fin, inf = np.zeros(shape, dtype=np.bool_), np.zeros(shape, dtype=np.bool_)
-    delta = np.zeros((len(states), automaton.n_classes), dtype=np.int32)
-    for q, (i, k) in enumerate(states):
+    rows: list[list[int]] = []
+    marks: list[Any] = []
+    for i, k in states:
         check_time()
         if i < 0:
-            delta[q] = [entry[target] for target in rows[k]]
+            rows.append([entry[target] for target in found.rows[k]])
+            marks.append(0 if on_states else [0] * automaton.n_classes)
             continue
         part, structure = found.parts[i], structures[i]
-        leaving = rows[part.residuals[structure.residual_of[k]]]
-        for letter, column in enumerate(part.column):
-            inside = structure.step[k][column]
-            delta[q, letter] = number[i, inside] if inside >= 0 else entry[leaving[letter]]
-            label = k if on_states else k * part.n_columns + column
-            for p, pair in enumerate(structure.pairs):
-                place = (p, q) if on_states else (p, q, letter)
-                fin[place] = pair.fin >> label & 1
-                inf[place] = pair.inf >> label & 1
-    result = replace(
-        automaton,
-        delta=delta,
-        fin=fin,
-        inf=inf,
-        initial_state=entry[found.language[automaton.initial_state]],
-        state_names=None,
-    )
+        leaving = found.rows[part.residuals[structure.residual_of[k]]]
+        step = [number[i, inside] if inside >= 0 else -1 for inside in structure.step[k]]
+        rows.append([
+            step[column] if step[column] >= 0 else entry[leaving[letter]] for letter, column in enumerate(part.column)
+        ])  # fmt: skip
+        if on_states:
+            marks.append(_marks(structure.pairs, k))
+        else:
+            seen = [_marks(structure.pairs, k * part.n_columns + column) for column in range(part.n_columns)]
+            marks.append([seen[column] for column in part.column])
+    start = entry[found.language[automaton.initial_state]]
+    result = automaton.with_tables(rows, marks, n_pairs, start, automaton.acceptance)
     smaller = canonical(result)
     if SIMPLE_MARKS in automaton.forms:
         return smaller.annotated(SIMPLE_MARKS)
     smaller = simplify_marks(smaller)
     return smaller if CANONICAL in smaller.forms else canonical(smaller)
+
+
+def _marks(pairs: Sequence[LabelPair], label: int) -> int:
+    """The marks of a label, as in `DRA.marks`."""
+    return sum((pair.fin >> label & 1 | (pair.inf >> label & 1) << 1) << 2 * i for i, pair in enumerate(pairs))

@@ -315,6 +315,7 @@ def twins(automaton: DRA, other: DRA) -> list[int]:
         firsts = columns if len(row) == len(columns) else [columns[(automaton.delta[state] == t).argmax()] for t in row]
         for target, c in zip(row, firsts, strict=True):
             if target not in twin:
-                twin[target] = int(other.delta[twin[state], c])
+                row_of_twin = other.rows[twin[state]] if other.is_listed else other.delta[twin[state]]
+                twin[target] = int(row_of_twin[c])
                 order.append(target)
     return [twin[q] for q in range(automaton.n_states)]

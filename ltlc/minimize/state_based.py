@@ -180,7 +180,7 @@ def _split(automaton: DRA, budget: Budget, once: bool = False) -> DRA:
             numbers.append(number[node])
         delta.append(columns.spread(state, numbers))
 
-    split = automaton.with_tables(delta, [entry for _, entry in order], 0, "state")
+    split = automaton.with_tables(delta, [entry for _, entry in order], automaton.n_pairs, 0, "state")
     if once:
         return split.annotated(CANONICAL) if CANONICAL in automaton.forms and tells_columns_apart(split) else split
     forms = {SIMPLE_MARKS, MERGED, CANONICAL} & automaton.forms
