@@ -15,8 +15,8 @@ from ltlc.translate.decomposition import decompose, dual_safra, safra
 from ltlc.translate.product import combine
 from ltlc.translate.round_robin import by_turns
 
-FormulaKind = Literal["fair", "low", "mixed", "high", "large"]
-"""Obligations with fairness conditions, and single G F f or F G f; other Boolean combinations of recurrence or of
+FormulaKind = Literal["fair", "recurrence", "persistence", "mixed", "high", "large"]
+"""Obligations with fairness conditions, and single G F f or F G f; other Boolean combinations of recurrence, of
 persistence, and of both; all others. Large are, besides, those whose first automaton has many states, but for the first
 kind."""
 
@@ -87,7 +87,7 @@ _ALL = (
         "Sickert and Esparza, LICS 2020, doi 10.1145/3373718.3394743; Mueller and Sickert, GandALF 2017, doi"
         " 10.4204/EPTCS.256.13; Casares et al., TACAS 2022, doi 10.1007/978-3-030-99527-0_6",
         _product,
-        {"fair": 0, "low": 0, "mixed": 0, "high": 3},
+        {"fair": 0, "recurrence": 0, "persistence": 0, "mixed": 0, "high": 3},
     ),
     Construction(
         "normal-form",
@@ -105,14 +105,14 @@ _ALL = (
         " LMCS 3(3) 2007, doi 10.2168/LMCS-3(3:5)2007; Li et al., CAV 2022, doi"
         " 10.1007/978-3-031-13188-2_8",
         _safra,
-        {"low": 1, "mixed": 1, "high": 1},
+        {"recurrence": 2, "persistence": 1, "mixed": 1, "high": 1},
     ),
     Construction(
         "dual-safra",
         "Any formula: tableau and Safra trees for its negation, then the complement.",
         "as safra; Schewe and Varghese, ATVA 2012, doi 10.1007/978-3-642-33386-6_5",
         _dual_safra,
-        {"low": 2, "mixed": 2, "high": 2},
+        {"recurrence": 1, "persistence": 2, "mixed": 2, "high": 2},
     ),
 )
 

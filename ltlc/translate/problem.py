@@ -116,8 +116,9 @@ def _kind(closure: Closure, options: Options) -> FormulaKind:
         return "fair"
     if not closure.is_low(root):
         return "high"
-    one_side = closure.is_low(root, "sigma") or closure.is_low(root, "pi")
-    return "low" if one_side or options.effort == "best" else "mixed"
+    if closure.is_low(root, "pi"):
+        return "recurrence"
+    return "persistence" if closure.is_low(root, "sigma") or options.effort == "best" else "mixed"
 
 
 def check_known(translator: str) -> None:
