@@ -24,7 +24,7 @@ from ltlc.automata.simulation import reduced_buchi
 from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
 from ltlc.graph import bits
-from ltlc.ltl import Formula, parse, satisfies
+from ltlc.ltl import Formula, parse, satisfies, simplify
 from ltlc.translate import Options, translate
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Finite
@@ -50,6 +50,20 @@ def test_the_tableau_accepts_the_models() -> None:
         for _ in range(10):
             word = random_word(rng, closure.letters.aps)
             assert automaton.accepts(*letters_of(closure, word)) == satisfies(formula, word), f"{formula} on {word}"
+
+
+def test_simulation_is_not_given_up_for_a_tableau_of_hundreds_of_states() -> None:
+    """Without it there are 379 left, and too many macro-states."""
+    formula = simplify(
+        parse(
+            "F(!X c -> (!G(b U e) <-> !((d <-> (b | d) M !(d & F a)) M (c W (c -> a) & (G c -> b M true))))"
+            " xor X(F e M d) W (e U c) U G e)"
+        )
+    )
+    closure = closure_of(formula)
+    automaton = tableau(closure, closure.root, unlimited(formula))
+    assert automaton.n_states > 500
+    assert reduced_buchi(automaton).n_states < 200
 
 
 @pytest.mark.slow
