@@ -14,7 +14,7 @@ from typing import Any, Protocol, TypeVar
 
 from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.guards import Guard, shortest_guard, shortest_guard_among
-from ltlc.automata.possible import LetterNumbers, Possible
+from ltlc.automata.possible import LetterNumbers, Possible, repeated
 from ltlc.automata.wide import told_apart
 from ltlc.budget import check_time
 from ltlc.graph import bits
@@ -154,8 +154,14 @@ class Alphabet:
         Args:
             column: shape (2**len(relevant),).
         """
-        needed, table = needed_part(column)
-        shape = truth_table(table), len(needed)
+        table = truth_table(column)
+        without = enumerate(self._without)
+        needed = tuple([i for i, letters in without if (table ^ table >> (1 << i)) & letters])
+        if len(needed) < len(self.relevant):
+            if needed not in self._projections:
+                self._projections[needed] = letters_over(needed)
+            table = truth_table(column[self._projections[needed]])
+        shape = table, len(needed)
         guard = self._guards.get(shape)
         if guard is None:
             guard = self._guards[shape] = shortest_guard(*shape)
@@ -165,6 +171,17 @@ class Alphabet:
     @cached_property
     def _guards(self) -> dict[tuple[int, int], Guard]:
         """Guards that were found, by truth table and number of propositions; many differ by names only."""
+        return {}
+
+    @cached_property
+    def _without(self) -> list[int]:
+        """For each relevant proposition, the valuations of these without it, as truth tables."""
+        n_aps = len(self.relevant)
+        return [repeated((1 << (1 << i)) - 1, 2 << i, 1 << n_aps) for i in range(n_aps)]
+
+    @cached_property
+    def _projections(self) -> dict[tuple[int, ...], npt.NDArray[np.int64]]:
+        """`letters_over` of the sets of propositions that were asked for."""
         return {}
 
     @cached_property
@@ -308,11 +325,6 @@ def first_positions(codes: IntArray) -> IntArray:
 
 def support(column: npt.NDArray[np.generic]) -> tuple[int, ...]:
     """The propositions that a column depends on, as indices."""
-    return needed_part(column)[0]
-
-
-def needed_part(column: npt.NDArray[_Scalar]) -> tuple[tuple[int, ...], npt.NDArray[_Scalar]]:
-    """The propositions that a column depends on, as indices, and the column over these alone, as `project` gives it."""
     needed = []
     for i in reversed(range(len(column).bit_length() - 1)):
         step = 1 << i
@@ -322,15 +334,20 @@ def needed_part(column: npt.NDArray[_Scalar]) -> tuple[tuple[int, ...], npt.NDAr
                 column = halves[:, 0].reshape(-1)
                 continue
         needed.append(i)
-    return tuple(needed[::-1]), column
+    return tuple(needed[::-1])
 
 
 def project(column: npt.NDArray[_Scalar], indices: Sequence[int]) -> npt.NDArray[_Scalar]:
     """The column over these propositions alone (bit j = `indices[j]`), the others being absent."""
+    return column[letters_over(indices)]
+
+
+def letters_over(indices: Sequence[int]) -> npt.NDArray[np.int64]:
+    """The letters in which other propositions than these are absent, ordered as letters over these alone."""
     letters = np.zeros(1, dtype=np.int64)
     for i in indices:
         letters = np.concatenate([letters, letters | (1 << i)])
-    return column[letters]
+    return letters
 
 
 def truth_table(column: BoolArray) -> int:

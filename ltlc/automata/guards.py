@@ -6,7 +6,8 @@ A set of letters is a truth table: an integer, bit k = value at letter k.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import accumulate
+from itertools import accumulate, product
+from math import prod
 from typing import NamedTuple
 
 from ltlc.budget import check_time
@@ -52,6 +53,21 @@ def shortest_guard(table: int, n_aps: int) -> Guard:
     guard = Guard(True, _sorted_terms(terms))
     dual = Guard(False, _sorted_terms([tuple((i, not sign) for i, sign in term) for term in clauses]))
     return dual if dual.size < guard.size else guard
+
+
+def conjunction(factors: Sequence[tuple[Sequence[Term], Sequence[Term]]]) -> Guard:
+    """What `shortest_guard` gives for a conjunction of functions that have no proposition in common.
+
+    Args:
+        factors: of each function an irredundant cover, and one of its complement.
+    """
+    clauses = [tuple((i, not sign) for i, sign in term) for _, others in factors for term in others]
+    n_terms = prod(len(terms) for terms, _ in factors)
+    size = sum(sum(map(len, terms)) * n_terms // len(terms) for terms, _ in factors if terms)
+    if sum(map(len, clauses)) < size:
+        return Guard(False, _sorted_terms(clauses))
+    joined = (sum(parts, ()) for parts in product(*(terms for terms, _ in factors)))
+    return Guard(True, _sorted_terms([tuple(sorted(term)) for term in joined]))
 
 
 def irredundant_cover(table: int, n_aps: int) -> list[tuple[tuple[int, bool], ...]]:

@@ -143,7 +143,7 @@ class LetterNumbers:
         """The letters in which proposition `index` holds, as a truth table: bit k = value at letter number k."""
         if self.possible is None:
             place = 1 << index
-            return _repeated((1 << place) - 1 << place, 2 * place, self.size)
+            return repeated((1 << place) - 1 << place, 2 * place, self.size)
         bit, block, n_block = 1 << index, 0, 0
         place = 1
         for part in self.possible:
@@ -155,7 +155,7 @@ class LetterNumbers:
             place *= len(part)
         if not block:
             return 0
-        return _repeated(block, n_block, self.size)
+        return repeated(block, n_block, self.size)
 
     @property
     def all(self) -> int:
@@ -163,7 +163,7 @@ class LetterNumbers:
         return (1 << self.size) - 1
 
 
-def _repeated(block: int, width: int, size: int) -> int:
+def repeated(block: int, width: int, size: int) -> int:
     """The truth table of this size that repeats one of this width."""
     while width < size:
         block |= block << width

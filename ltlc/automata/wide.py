@@ -149,11 +149,15 @@ def replaced(row: Array, old: Sequence[int], new: Array) -> Array:
     return new[order][np.searchsorted(keys[order], row)]
 
 
+def has_codes(n_states: int, n_pairs: int) -> bool:
+    """Whether a next state together with marks is a number of 63 bits."""
+    return 2 * n_pairs + n_states.bit_length() < 64
+
+
 def is_wide(delta: Array, n_pairs: int) -> bool:
-    """Whether what this module does is faster than lists, and a next state with its marks fits into 63 bits."""
+    """Whether looking at different entries is faster than looking at lists."""
     n_states, n_classes = map(int, delta.shape)
-    fits = 2 * n_pairs + n_states.bit_length() < 64
-    return fits and n_classes >= _WIDE and n_states * n_classes >= _LARGE
+    return n_classes >= _WIDE and n_states * n_classes >= _LARGE and has_codes(n_states, n_pairs)
 
 
 def coded_rows(delta: Array, fin: Array, inf: Array, n_states: int = 0) -> Iterator[Array]:

@@ -14,7 +14,7 @@ from ltlc.automata.alphabet import letter_classes, truth_column
 from ltlc.automata.finite import DFA
 from ltlc.automata.possible import LetterNumbers
 from ltlc.automata.rabin import DRA
-from ltlc.automata.wide import is_wide
+from ltlc.automata.wide import has_codes
 from ltlc.budget import check_time
 from ltlc.errors import AlphabetLimitExceeded
 from ltlc.formats.wide_edges import CodedEdge, Names, wide_edges
@@ -26,6 +26,8 @@ MAX_TABLE = 1 << 27
 """Entries of the largest transition table a reader builds."""
 
 _COLUMNS_AT_ONCE = 32
+_WIDE, _LARGE = 24, 320
+"""With so many letter classes and entries a table is looked at by arrays."""
 
 
 class LabelledEdge(NamedTuple):
@@ -51,7 +53,8 @@ def edges(automaton: DRA | DFA, names: Names | None = None) -> list[LabelledEdge
     table = automaton.table if isinstance(automaton, DFA) else automaton
     names = Names(table.alphabet.names) if names is None else names
     n_pairs = table.n_pairs if table.acceptance == "transition" else 0
-    if not table.is_listed and is_wide(table.delta, n_pairs):
+    is_wide = table.n_classes >= _WIDE and table.n_states * table.n_classes >= _LARGE
+    if is_wide and has_codes(table.n_states, n_pairs):
         found = wide_edges(table.alphabet, table.delta, table.fin[:n_pairs], table.inf[:n_pairs], names)
     else:
         found = _few_edges(table, names)

@@ -12,12 +12,15 @@ from typing import NamedTuple
 
 from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.alphabet import Alphabet
+from ltlc.automata.factors import Factors
 from ltlc.automata.wide import FEW, LONG, Array, coded_rows, grouped_columns, value_masks
 
 CodedEdge = tuple[int, int, int, str]
 """Source, target, marks as in `DRA.marks`, guard."""
 _SPARSE = 4
 """So many letters for each class are still looked at as a table over letters."""
+_MANY = 16
+"""So many sets of letters that are no conjunctions of literals are worth looking for other factors."""
 _TOGETHER = 4
 """propositions of which all conjunctions are kept."""
 _AND = " & "
@@ -61,6 +64,8 @@ class _Guards:
         self.alphabet, self.names = alphabet, names
         self.order = _unless_identity(np.argsort(alphabet.first_letter, kind="stable"))
         self.known: dict[bytes, str] = {}
+        self.products: dict[int, str] = {}
+        self.factors: Factors | None = None
         self.by_letter = False
         if alphabet.possible is None:
             n_letters = len(alphabet.relevant_class)
@@ -102,9 +107,21 @@ class _Guards:
             n_letters = np.add.reduceat(sizes[classes], begins)
             texts = self.cubes.texts(low, free)
             others = np.flatnonzero(n_letters != 1 << np.bitwise_count(free).astype(np.int32))
+            if self.factors is None and len(others) >= _MANY:
+                self.factors = Factors(self.alphabet.relevant_class, self.alphabet.relevant)
+            if self.factors is not None and self.factors.is_useful:
+                codes, is_product = self.factors.products(classes, begins)
+                for group in others[is_product[others]].tolist():
+                    texts[group] = self._of_product(self.factors, int(codes[group]))
+                others = others[~is_product[others]]
         for group in others.tolist():
             texts[group] = self._of_classes(classes[begins[group] : ends[group]])
         return groups.rows[groups.order], groups.values[groups.order], [texts[i] for i in groups.order.tolist()]
+
+    def _of_product(self, factors: Factors, code: int) -> str:
+        if code not in self.products:
+            self.products[code] = factors.guard(code).text(*self.names)
+        return self.products[code]
 
     def _of_classes(self, classes: IntArray) -> str:
         key = classes.tobytes()

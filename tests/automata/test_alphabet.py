@@ -20,7 +20,7 @@ from ltlc.automata.alphabet import (
     truth_column,
     truth_table,
 )
-from ltlc.automata.guards import irredundant_cover
+from ltlc.automata.guards import conjunction, irredundant_cover
 
 
 def proposition_table(index: int, n_aps: int) -> int:
@@ -162,3 +162,20 @@ def test_conjunctions_are_written_as_the_covers_write_them() -> None:
         alphabet = Alphabet(tuple("abcde"[:n_aps]), np.array(order, dtype=np.int32))
         found = alphabet.guard([order[k] for k in letters])
         assert found == shortest_guard(sum(1 << k for k in letters), n_aps)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_guard_of_a_conjunction_is_found_from_its_factors(seed: int) -> None:
+    rng = random.Random(seed)
+    n_aps = rng.randint(2, 6)
+    names = rng.sample(range(n_aps), n_aps)
+    cut = rng.randint(1, n_aps - 1)
+    factors, whole = [], (1 << (1 << n_aps)) - 1
+    for part in (sorted(names[:cut]), sorted(names[cut:])):
+        everything = (1 << (1 << len(part))) - 1
+        table = rng.randint(1, everything) | rng.choice([0, rng.randint(0, everything)])
+        covers = [irredundant_cover(t, len(part)) for t in (table, everything & ~table)]
+        factors.append(tuple([tuple((part[i], sign) for i, sign in term) for term in cover] for cover in covers))
+        values = [sum((letter >> i & 1) << k for k, i in enumerate(part)) for letter in range(1 << n_aps)]
+        whole &= sum(1 << letter for letter, value in enumerate(values) if table >> value & 1)
+    assert conjunction(factors) == shortest_guard(whole, n_aps)  # type: ignore[arg-type]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import ltlc
 from ltlc.automata import DRA, wide
 from ltlc.formats import edges as edges_module
 from ltlc.formats import from_hoa, from_json, to_hoa, to_json, wide_edges
@@ -68,14 +69,17 @@ def random_automaton(seed: int) -> DRA:
 @pytest.mark.parametrize("seed", range(30))
 def test_edges_are_those_of_the_table(seed: int, long: int, monkeypatch: pytest.MonkeyPatch) -> None:
     automaton = random_automaton(seed)
+    monkeypatch.setattr(edges_module, "_LARGE", 1 << 20)
     few = check(automaton)
     texts = to_json(automaton), to_hoa(automaton)
     graph, components = automaton.marked_graph, automaton.scc
     for module in (wide, wide_edges):
         monkeypatch.setattr(module, "LONG", long)
         monkeypatch.setattr(module, "FEW", 5)
-    monkeypatch.setattr(wide, "_LARGE", 1)
-    monkeypatch.setattr(wide, "_WIDE", 1)
+    for module in (wide, edges_module):
+        monkeypatch.setattr(module, "_LARGE", 1)
+        monkeypatch.setattr(module, "_WIDE", 1)
+    monkeypatch.setattr(wide_edges, "_MANY", 1)
     automaton = replace(automaton)
     assert edges(automaton) == few
     assert (to_json(automaton), to_hoa(automaton)) == texts
@@ -83,6 +87,23 @@ def test_edges_are_those_of_the_table(seed: int, long: int, monkeypatch: pytest.
     for again in (from_json(texts[0]), from_hoa(texts[1])):
         assert isinstance(again, DRA)
         assert (to_json(again).splitlines()[6:], edges(again)) == (texts[0].splitlines()[6:], few)
+
+
+RESPONSES = " & ".join(f"G({a} -> F {b})" for a, b in ("ad", "be", "ch"))
+CLAUSE = "F(a & X d) & F(b & X e) & G(c | h | g)"
+EXCEPTION = f"{RESPONSES} & G !g"
+
+
+@pytest.mark.parametrize("formula", [RESPONSES, CLAUSE, EXCEPTION, "F a & F b & F c & G !(d | e | g | h)"])
+@pytest.mark.parametrize("acceptance", ["state", "transition"])
+def test_products_of_conditions(formula: str, acceptance: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    automaton = ltlc.compile(formula, acceptance=acceptance)
+    monkeypatch.setattr(edges_module, "_LARGE", 1 << 20)
+    few = check(automaton)
+    monkeypatch.setattr(edges_module, "_LARGE", 1)
+    monkeypatch.setattr(edges_module, "_WIDE", 1)
+    monkeypatch.setattr(wide_edges, "_MANY", 1)
+    assert edges(automaton) == few
 
 
 @pytest.mark.parametrize("n_pairs", [0, 1, 3, 16, 17, 40])
@@ -94,5 +115,5 @@ def test_any_number_of_marks(n_pairs: int, acceptance: str, monkeypatch: pytest.
     delta, letter_class = rng.integers(5, size=(33, 128)), rng.permutation(128)
     automaton = DRA(NAMES, delta, letter_class, fin, inf, acceptance=acceptance)  # type: ignore[arg-type]
     found = check(automaton)
-    monkeypatch.setattr(edges_module, "is_wide", lambda delta, n_pairs: False)
+    monkeypatch.setattr(edges_module, "_LARGE", 1 << 20)
     assert edges(automaton) == found
