@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
 
 from ltlc.arrays import BoolArray, IntArray, np
 from ltlc.automata.finite import DFA, from_table
@@ -27,19 +26,6 @@ MAJOR, MINOR = 1, 1
 
 def to_json(automaton: DRA | DFA) -> str:
     """The automaton as JSON text, one line per state, transition and pair; the same automaton gives the same bytes."""
-    names = automaton.state_names
-    deadlocks, sinks = automaton.deadlocks, automaton.accepting_sinks
-    states: list[dict[str, Any]] = []
-    for q, distance in enumerate(automaton.annotations.distances):
-        state: dict[str, Any] = {"id": q}
-        if names is not None:
-            state["name"] = names[q]
-        state["distance"] = distance if distance >= 0 else None
-        if q in deadlocks:
-            state["deadlock"] = True
-        if q in sinks:
-            state["accepting_sink"] = True
-        states.append(state)
     is_finite = isinstance(automaton, DFA)
     head = {
         "format": FORMAT_OF_TRACES if is_finite else FORMAT,
@@ -58,15 +44,15 @@ def to_json(automaton: DRA | DFA) -> str:
         del head["possible"]
     if is_finite:
         del head["translator"], head["acceptance"], head["n_pairs"]
-    lines = [f"  {_compact(key)}: {_compact(value)}" for key, value in head.items()]
-    lines.append(_block("states", list(map(_compact, states))))
+    lines = [f'  "{key}": {_compact(value)}' for key, value in head.items()]
+    lines.append(_block("states", _states(automaton)))
     lines.append(_block("transitions", _transitions(automaton)))
     if is_finite:
         lines.append(f'  "accepting": {_compact(np.flatnonzero(automaton.inf[0]).tolist())}')
     elif not isinstance(automaton, DFA) and automaton.acceptance == "state":
         lines.append(_block("pairs", [_compact({"B": sorted(p.fin), "G": sorted(p.inf)}) for p in automaton.pairs]))
-    lines.append(f'  "deadlocks": {_compact(list(deadlocks))}')
-    lines.append(f'  "accepting_sinks": {_compact(list(sinks))}')
+    lines.append(f'  "deadlocks": {_compact(automaton.deadlocks)}')
+    lines.append(f'  "accepting_sinks": {_compact(automaton.accepting_sinks)}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
@@ -76,6 +62,17 @@ def _possible(automaton: DRA | DFA) -> list[list[list[str]]]:
     return [
         [[name for i, name in enumerate(aps) if mask >> i & 1] for mask in part] for part in automaton.possible or ()
     ]
+
+
+def _states(automaton: DRA | DFA) -> list[str]:
+    """Each state as JSON."""
+    names, deadlocks, sinks = automaton.state_names, set(automaton.deadlocks), set(automaton.accepting_sinks)
+    result = []
+    for q, distance in enumerate(automaton.annotations.distances):
+        name = "" if names is None else f', "name": {_compact(names[q])}'
+        known = ', "deadlock": true' * (q in deadlocks) + ', "accepting_sink": true' * (q in sinks)
+        result.append(f'{{"id": {q}{name}, "distance": {distance if distance >= 0 else "null"}{known}}}')
+    return result
 
 
 def _transitions(automaton: DRA | DFA) -> list[str]:
@@ -92,8 +89,8 @@ def _transitions(automaton: DRA | DFA) -> list[str]:
     return result
 
 
-def _compact(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False)
+_compact = json.JSONEncoder(ensure_ascii=False).encode
+"""A value on one line; made once, as an encoder is not cheap."""
 
 
 def _block(key: str, entries: Sequence[str]) -> str:
