@@ -31,22 +31,22 @@ class Factors:
     """
 
     def __init__(self, column: npt.NDArray[np.int32], names: tuple[int, ...]) -> None:
-        letters = np.arange(len(column))
-        code = np.zeros(len(column), dtype=np.int64)
+        n = len(names)
+        code = np.zeros((2,) * n, dtype=np.int64)
         self._factors: list[_Factor] = []
         n_bits = 0
-        for group in _groups(column, len(names)):
+        for group in _groups(column, n):
             digits = _digits(column, group)
             for part in [group] if len(group) == 1 or max(digits) < _MAX_DIGITS else [[i] for i in group]:
                 factor = _Factor(tuple(names[i] for i in part), digits if part == group else [0, 1], n_bits)
-                values = sum((letters >> i & 1) << k for k, i in enumerate(part))
-                code |= np.left_shift(1, n_bits + np.array(factor.digits)[values])
+                own = [2 if i in part else 1 for i in reversed(range(n))]
+                code |= np.left_shift(1, n_bits + np.array(factor.digits)).reshape(own)
                 n_bits += len(factor.sizes).bit_length() - 1
                 self._factors.append(factor)
-        self.is_useful = n_bits <= _MAX_BITS and len(self._factors) < len(names)
+        self.is_useful = n_bits <= _MAX_BITS and len(self._factors) < n
         order = np.argsort(column, kind="stable")
         sizes = np.bincount(column)
-        self._codes = np.bitwise_or.reduceat(code[order], np.cumsum(sizes) - sizes)
+        self._codes = np.bitwise_or.reduceat(code.reshape(-1)[order], np.cumsum(sizes) - sizes)
         self._sizes = sizes
 
     def products(self, classes: Array, begins: Array) -> tuple[Array, Array]:

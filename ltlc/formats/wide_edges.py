@@ -10,16 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from ltlc.arrays import BoolArray, IntArray, np
+from ltlc.arrays import BoolArray, np
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.factors import Factors
-from ltlc.automata.wide import FEW, LONG, Array, coded_rows, grouped_columns, value_masks
+from ltlc.automata.wide import FEW, LONG, Array, Groups, coded_rows, grouped_columns, value_masks
+from ltlc.budget import check_time
 
 CodedEdge = tuple[int, int, int, str]
 """Source, target, marks as in `DRA.marks`, guard."""
 _SPARSE = 4
 """So many letters for each class are still looked at as a table over letters."""
-_MANY = 16
+_MANY = 40
 """So many sets of letters that are no conjunctions of literals are worth looking for other factors."""
 _TOGETHER = 4
 """propositions of which all conjunctions are kept."""
@@ -64,7 +65,7 @@ class _Guards:
         self.alphabet, self.names = alphabet, names
         self.order = _unless_identity(np.argsort(alphabet.first_letter, kind="stable"))
         self.known: dict[bytes, str] = {}
-        self.products: dict[int, str] = {}
+        self.known_tables: dict[bytes, str] = {}
         self.factors: Factors | None = None
         self.by_letter = False
         if alphabet.possible is None:
@@ -97,7 +98,7 @@ class _Guards:
         """The guard of each value of each row."""
         groups = grouped_columns(codes if self.order is None else codes[:, self.order])
         classes = groups.columns if self.order is None else self.order[groups.columns]
-        begins, ends = groups.begins, groups.begins + groups.sizes
+        begins = groups.begins
         others = np.arange(len(begins))
         texts = [""] * len(begins)
         if self.alphabet.possible is None:
@@ -107,34 +108,34 @@ class _Guards:
             n_letters = np.add.reduceat(sizes[classes], begins)
             texts = self.cubes.texts(low, free)
             others = np.flatnonzero(n_letters != 1 << np.bitwise_count(free).astype(np.int32))
-            if self.factors is None and len(others) >= _MANY:
-                self.factors = Factors(self.alphabet.relevant_class, self.alphabet.relevant)
-            if self.factors is not None and self.factors.is_useful:
-                codes, is_product = self.factors.products(classes, begins)
-                for group in others[is_product[others]].tolist():
-                    texts[group] = self._of_product(self.factors, int(codes[group]))
-                others = others[~is_product[others]]
-        for group in others.tolist():
-            texts[group] = self._of_classes(classes[begins[group] : ends[group]])
+        self._write_others(classes, groups, others, texts)
         return groups.rows[groups.order], groups.values[groups.order], [texts[i] for i in groups.order.tolist()]
 
-    def _of_product(self, factors: Factors, code: int) -> str:
-        if code not in self.products:
-            self.products[code] = factors.guard(code).text(*self.names)
-        return self.products[code]
-
-    def _of_classes(self, classes: IntArray) -> str:
-        key = classes.tobytes()
-        if key not in self.known:
-            self.known[key] = self.alphabet.guard(classes.tolist()).text(*self.names)
-        return self.known[key]
+    def _write_others(self, classes: Array, groups: Groups, others: Array, texts: list[str]) -> None:
+        """Write the guards of groups of classes that are no conjunctions of literals."""
+        begins, sizes = groups.begins, groups.sizes
+        keys = [(group, classes[begins[group] : begins[group] + sizes[group]].tobytes()) for group in others.tolist()]
+        new = {key: group for group, key in keys if key not in self.known}
+        if len(new) >= _MANY and self.factors is None and self.alphabet.possible is None:
+            self.factors = Factors(self.alphabet.relevant_class, self.alphabet.relevant)
+        factors = self.factors if self.factors is not None and self.factors.is_useful else None
+        codes, is_product = factors.products(classes, begins) if factors and new else (begins, begins < 0)
+        for key, group in new.items():
+            check_time()
+            if factors and is_product[group]:
+                guard = factors.guard(int(codes[group]))
+            else:
+                guard = self.alphabet.guard(classes[begins[group] : begins[group] + sizes[group]].tolist())
+            self.known[key] = guard.text(*self.names)
+        for group, key in keys:
+            texts[group] = self.known[key]
 
     def _of_table(self, table: BoolArray) -> str:
         """The guard of a table over the relevant propositions."""
         key = np.packbits(table).tobytes()
-        if key not in self.known:
-            self.known[key] = self.alphabet.guard_of(table).text(*self.names)
-        return self.known[key]
+        if key not in self.known_tables:
+            self.known_tables[key] = self.alphabet.guard_of(table).text(*self.names)
+        return self.known_tables[key]
 
 
 def cube_of(table: BoolArray) -> tuple[int, int] | None:
