@@ -141,6 +141,15 @@ class LetterNumbers:
 
     def holding(self, index: int) -> int:
         """The letters in which proposition `index` holds, as a truth table: bit k = value at letter number k."""
+        if index not in self._holding:
+            self._holding[index] = self._table(index)
+        return self._holding[index]
+
+    @cached_property
+    def _holding(self) -> dict[int, int]:
+        return {}
+
+    def _table(self, index: int) -> int:
         if self.possible is None:
             place = 1 << index
             return repeated((1 << place) - 1 << place, 2 * place, self.size)
