@@ -48,11 +48,19 @@ def shortest_guard(table: int, n_aps: int) -> Guard:
     Both the function and its complement are covered; ties go to the sum of products.
     """
     full = (1 << (1 << n_aps)) - 1
-    terms = irredundant_cover(table, n_aps)
-    clauses = irredundant_cover(full & ~table, n_aps)
-    guard = Guard(True, _sorted_terms(terms))
-    dual = Guard(False, _sorted_terms([tuple((i, not sign) for i, sign in term) for term in clauses]))
-    return dual if dual.size < guard.size else guard
+    return _shorter(irredundant_cover(table, n_aps), irredundant_cover(full & ~table, n_aps))
+
+
+def _shorter(terms: Sequence[Term], others: Sequence[Term]) -> Guard:
+    """A function as the terms of a cover, or by those of its complement if they have fewer literals."""
+    if sum(map(len, others)) < sum(map(len, terms)):
+        return Guard(False, _sorted_terms(_negated(others)))
+    return Guard(True, _sorted_terms(terms))
+
+
+def _negated(terms: Iterable[Term]) -> list[Term]:
+    """The clauses that are true where these terms are false."""
+    return [tuple([(i, not sign) for i, sign in term]) for term in terms]
 
 
 def conjunction(factors: Sequence[tuple[Sequence[Term], Sequence[Term]]]) -> Guard:
@@ -61,11 +69,11 @@ def conjunction(factors: Sequence[tuple[Sequence[Term], Sequence[Term]]]) -> Gua
     Args:
         factors: of each function an irredundant cover, and one of its complement.
     """
-    clauses = [tuple((i, not sign) for i, sign in term) for _, others in factors for term in others]
+    others = [term for _, terms in factors for term in terms]
     n_terms = prod(len(terms) for terms, _ in factors)
     size = sum(sum(map(len, terms)) * n_terms // len(terms) for terms, _ in factors if terms)
-    if sum(map(len, clauses)) < size:
-        return Guard(False, _sorted_terms(clauses))
+    if sum(map(len, others)) < size:
+        return Guard(False, _sorted_terms(_negated(others)))
     joined = (sum(parts, ()) for parts in product(*(terms for terms, _ in factors)))
     return Guard(True, _sorted_terms([tuple(sorted(term)) for term in joined]))
 
@@ -107,7 +115,7 @@ def irredundant_cover(table: int, n_aps: int) -> list[tuple[tuple[int, bool], ..
 
 def _sorted_terms(terms: Iterable[tuple[tuple[int, bool], ...]]) -> tuple[tuple[tuple[int, bool], ...], ...]:
     """Short terms first, then by proposition, positive literals first."""
-    return tuple(sorted(terms, key=lambda term: (len(term), [(i, not sign) for i, sign in term])))
+    return tuple(sorted(terms, key=lambda term: (len(term), [2 * i + (not sign) for i, sign in term])))
 
 
 def shortest_guard_among(table: int, literals: Sequence[tuple[int, int]], everything: int) -> Guard:
@@ -118,11 +126,7 @@ def shortest_guard_among(table: int, literals: Sequence[tuple[int, int]], everyt
         literals: for each proposition, the letters without it and the letters with it.
         everything: the set of all possible letters.
     """
-    terms = prime_cover(table, literals, everything)
-    clauses = prime_cover(everything & ~table, literals, everything)
-    guard = Guard(True, _sorted_terms(terms))
-    dual = Guard(False, _sorted_terms([tuple((i, not sign) for i, sign in term) for term in clauses]))
-    return dual if dual.size < guard.size else guard
+    return _shorter(prime_cover(table, literals, everything), prime_cover(everything & ~table, literals, everything))
 
 
 def prime_cover(table: int, literals: Sequence[tuple[int, int]], everything: int) -> list[Term]:
