@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ltlc.arrays import np
+from ltlc.automata.partition import first_places
 from ltlc.automata.rabin import DRA
 from ltlc.automata.wide import told_apart
 from ltlc.budget import check_time
@@ -49,7 +50,7 @@ def canonical(automaton: DRA, entered: Sequence[int] | None = None) -> DRA:
     in_order = order == list(range(automaton.n_states))
     if in_order and len(columns) == automaton.n_classes and by_first_letter == merged and entered is None:
         return automaton.annotated(CANONICAL)
-    kept = [merged.index(column) for column in range(len(columns))]
+    kept = first_places(merged)
     names = automaton.state_names
     names = None if names is None else tuple(names[state] for state in order)
     if automaton.is_listed:

@@ -57,14 +57,14 @@ class CycleDecomposition:
             raise OverflowError from None
         work = 0
         self._nodes = [self._node(everything, -1, 0)]
-        self._children: list[list[int]] = []
+        self._children: list[range] = []
         for index, node in enumerate(self._nodes):  # grows while it is read
             wanted = ways[self.root_accepts == bool(node.depth % 2)]
             work += len(node.edges) * len(wanted)
             if max_work is not None and work > max_work:
                 raise OverflowError
             parts = self._maximal_parts(node.edges, wanted)
-            self._children.append(list(range(len(self._nodes), len(self._nodes) + len(parts))))
+            self._children.append(range(len(self._nodes), len(self._nodes) + len(parts)))
             self._nodes.extend([self._node(part, index, node.depth + 1) for part in parts])
             if len(self._nodes) > max_nodes:
                 raise OverflowError
@@ -152,8 +152,9 @@ class CycleDecomposition:
     def _next_child(self, node: int, came_from: int, state: int) -> int:
         """The child after `came_from`, in cyclic order, that contains the state; the node itself if there is none."""
         children = self._children[node]
-        turn = children.index(came_from) + 1 if came_from >= 0 else 0
-        for child in (*children[turn:], *children[:turn]):
+        turn = came_from + 1 if came_from >= 0 else children.start
+        child: int
+        for child in (*range(turn, children.stop), *range(children.start, turn)):
             if state in self._nodes[child].states:
                 return child
         return node

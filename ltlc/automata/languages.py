@@ -9,7 +9,7 @@ from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, np, npt
 from ltlc.automata.acceptance import exactly_one, rabin_accepts
 from ltlc.automata.emptiness import accepting_nodes
-from ltlc.automata.partition import number_blocks, numbered, pairs_within, refine, refine_rows
+from ltlc.automata.partition import first_places, number_blocks, numbered, pairs_within, refine, refine_rows
 from ltlc.automata.wide import Array, HasEntries, rows_of_marks
 from ltlc.budget import check_time
 
@@ -105,7 +105,7 @@ def _languages_of_few(a: HasTable) -> list[int]:
     if max(block) + 1 == a.n_states:
         return list(range(a.n_states))
     bisimilar = refine_rows(a.rows, map(tuple, a.edge_marks))
-    first = [bisimilar.index(b) for b in range(max(bisimilar) + 1)]
+    first = first_places(bisimilar)
     rows = dict(enumerate([bisimilar[target] for target in a.rows[q]] for q in first))
     seen = dict(enumerate(a.edge_marks[q] for q in first))
     same, blocks = _known_to_be_alike(a, first), [block[q] for q in first]

@@ -24,6 +24,14 @@ def number_blocks(keys: Iterable[Hashable]) -> IntArray:
     return np.array(numbered(keys), dtype=np.int32)
 
 
+def first_places(numbers: Iterable[int]) -> list[int]:
+    """The place of the first of each of the numbers 0..m, all of which occur."""
+    first: dict[int, int] = {}
+    for place, number in enumerate(numbers):
+        first.setdefault(number, place)
+    return [first[number] for number in range(len(first))]
+
+
 def refine(delta: IntArray, block: IntArray) -> IntArray:
     """The coarsest partition inside `block` whose blocks no sequence of letters tells apart.
 

@@ -10,6 +10,7 @@ from ltlc.arrays import np, npt
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.emptiness import MarkedEdge
 from ltlc.automata.marks import SIMPLE_MARKS, Component, simplify_marks
+from ltlc.automata.partition import first_places
 from ltlc.automata.rabin import DRA
 from ltlc.automata.rabin_type import LabelPair, rabin_condition
 from ltlc.budget import check_time
@@ -78,7 +79,7 @@ def collapse(automaton: DRA) -> Minimized:
 def quotient(part: Part) -> Structure | None:
     """One state per residual of the part, with simple marks, or None if no pairs make that accept the right words."""
     residual_of = tuple(range(len(part.residuals)))
-    if len(part.states) == len(residual_of):
+    if len(part.states) == len(residual_of) or part.has_many_moves:
         return None
     cycles = part.cycle_graph(part.step, residual_of, part.acceptance == "state")
     pairs = rabin_condition(cycles, max_nodes=cycles.affordable(MAX_NODES))
@@ -112,7 +113,7 @@ def _union(labels: Iterable[int]) -> int:
 
 def source_structure(automaton: DRA, part: Part) -> Structure:
     """The component of the automaton itself."""
-    columns = [part.column.index(c) for c in range(part.n_columns)]
+    columns = first_places(part.column)
     states = list(part.states)
     if automaton.is_listed:
         marks = [automaton.mark_lists[q] for q in states]

@@ -53,8 +53,8 @@ def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:
     if len(part.states) == n_residuals and part.acceptance == acceptance:
         return n_residuals
     least = least_by_safe_edges(part)
-    if least == len(part.states) and part.acceptance == acceptance:
-        return least
+    if (least == len(part.states) and part.acceptance == acceptance) or part.has_many_moves:
+        return max(n_residuals, least)
     cycles = part.cycle_graph(part.step, range(n_residuals), acceptance == "state")
     if not isinstance(rabin_condition(cycles, max_nodes=cycles.affordable(_MAX_NODES)), Conflict):
         return max(n_residuals, least)

@@ -15,9 +15,13 @@ from dataclasses import dataclass
 from ltlc import graph
 from ltlc.automata.acceptance import rabin_accepts, recurring_marks
 from ltlc.automata.canonical import CANONICAL, canonical
+from ltlc.automata.partition import first_places
 from ltlc.automata.rabin import DRA, AcceptanceKind
 from ltlc.automata.rabin_type import CycleGraph
 from ltlc.budget import check_time
+
+_MANY_MOVES = 100_000
+"""times pairs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +53,11 @@ class Part:
     def n_columns(self) -> int:
         """Number of columns."""
         return len(self.step[0])
+
+    @property
+    def has_many_moves(self) -> bool:
+        """Whether there are so many that looking at the sets of their cycles takes seconds."""
+        return len(self.states) * self.n_columns * self.n_pairs > _MANY_MOVES
 
     def cycle_graph(self, step: Sequence[Sequence[int]], residual_of: Sequence[int], on_states: bool) -> CycleGraph:
         """All joint runs of the part and of a table that maps onto its residuals.
@@ -122,10 +131,7 @@ def residuals(automaton: DRA) -> Residuals:
     if CANONICAL not in automaton.forms:
         automaton = canonical(automaton)
     language = automaton.language_numbers
-    first: dict[int, int] = {}
-    for q, residual in enumerate(language):
-        first.setdefault(residual, q)
-    rows = [[language[target] for target in automaton.rows[q]] for q in first.values()]
+    rows = [[language[target] for target in automaton.rows[q]] for q in first_places(language)]
     component = graph.strong_components(rows)
     parts = []
     for members in graph.component_members(component):
@@ -155,7 +161,7 @@ def _part(automaton: DRA, language: Sequence[int], members: Sequence[int]) -> Pa
         column.append(columns.setdefault(key, len(columns)))
     delta = tuple(zip(*([target for target, _ in key] for key in columns), strict=True))
     marks = tuple(zip(*([seen for _, seen in key] for key in columns), strict=True))
-    example = [residual_of.index(i) for i in range(len(members))]
+    example = first_places(residual_of)
     step = tuple(tuple(residual_of[t] if t >= 0 else -1 for t in delta[q]) for q in example)
     n_pairs, kind = automaton.n_pairs, automaton.acceptance
     return Part(tuple(members), step, tuple(states), residual_of, delta, marks, tuple(column), n_pairs, kind)

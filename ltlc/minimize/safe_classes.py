@@ -28,10 +28,11 @@ from typing import NamedTuple
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, holds, rabin, streett
 from ltlc.automata.emptiness import accepting_parts
+from ltlc.automata.partition import first_places
 from ltlc.budget import check_time
 from ltlc.minimize.residuals import Part
 
-_MAX_WORK = 500_000
+_MAX_WORK = 4_000_000
 """Pairs of states of one residual, times columns, up to which it is worth comparing their safe languages."""
 Moves = list[list[tuple[int, int]]]
 """Per state and column: the next state and the marks on the way, or `_NONE`."""
@@ -106,7 +107,7 @@ def _needed(residual_of: Sequence[int], safe: Moves) -> Iterator[list[Component]
     """For each needed set of safe languages, the components that have them: states, and the language of each."""
     targets = [[t for t, _ in row] for row in safe]
     language = _languages(residual_of, targets)
-    first = [language.index(b) for b in range(max(language) + 1)]
+    first = first_places(language)
     above = _rivals(
         [residual_of[q] for q in first], [[language[t] if t >= 0 else -1 for t in targets[q]] for q in first]
     )

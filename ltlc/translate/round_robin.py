@@ -11,6 +11,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from functools import reduce
 
 from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.automata.emerson_lei import explore
@@ -20,7 +21,11 @@ from ltlc.translate.components import Breakpoint, Complement, Component, Success
 from ltlc.translate.product import Skeleton, antichain
 
 _MANY_MARKS = 8
-"""More marks than this of parts that are asked for together are one: a state has a move for each set of them."""
+"""More marks than this of parts that are asked for together are one: a state has a move for each set of them;"""
+_MANY_PAIRS = 12
+"""and so are those of more alternatives than this, which would be a pair each,"""
+_MANY_PARTS = 14
+"""and any of these where there are more parts than this in all."""
 
 
 class RoundRobin:
@@ -72,7 +77,8 @@ def by_turns(skeleton: Skeleton, components: Sequence[Component], budget: Budget
             rounds = RoundRobin([part.component if isinstance(part, Complement) else part for part in parts])
             n_states = len(explore(rounds.initial, rounds.successors, budget)[0])
             enough = n_states // len(parts) if kind is _together else n_states + n_states // 2
-            has_many_marks = kind is _together and len(parts) > _MANY_MARKS
+            n_parts = reduce(int.__or__, skeleton, 0).bit_count()
+            has_many_marks = n_parts > _MANY_PARTS or len(parts) > (_MANY_MARKS if kind is _together else _MANY_PAIRS)
             if not has_many_marks and not _has_more_states(parts, enough, budget):
                 continue
             joined[group[0]] = Complement(rounds) if kind is _alternatives else rounds

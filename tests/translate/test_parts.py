@@ -24,7 +24,7 @@ from ltlc.automata.simulation import reduced_buchi
 from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
 from ltlc.graph import bits
-from ltlc.ltl import Formula, parse, satisfies, simplify
+from ltlc.ltl import Formula, LassoWord, parse, satisfies, simplify
 from ltlc.translate import Options, translate
 from ltlc.translate.closure import Closure
 from ltlc.translate.components import Breakpoint, Complement, Finite
@@ -193,3 +193,21 @@ def test_budgets_narrow_but_do_not_widen() -> None:
     budget = Budget("f", 10)
     assert budget.within(5).max_states == 5
     assert budget.within(50).max_states == 10
+
+
+@pytest.mark.parametrize(
+    ("text", "states"),
+    [
+        (" | ".join(f"F G a{i}" for i in range(16)), 16),
+        (" & ".join(f"G F a{i}" for i in range(8)) + " & (" + " | ".join(f"F G a{i}" for i in range(8, 16)) + ")", 8),
+    ],
+)
+def test_many_parts_take_turns(text: str, states: int) -> None:
+    """A state of their product has more moves than are allowed, one for each set of marks."""
+    formula, rng = parse(text), random.Random(1)
+    automaton = translate(formula, Options(acceptance="transition"))
+    assert automaton.n_states == states
+    names = automaton.aps
+    for _ in range(60):
+        cycle = [frozenset(name for name in names if rng.random() < 0.9) for _ in range(rng.randint(1, 3))]
+        assert automaton.accepts([], cycle) == satisfies(formula, LassoWord((), tuple(cycle)))
