@@ -14,7 +14,6 @@ import argparse
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -50,7 +49,7 @@ def measured(formula: str, acceptance: str) -> tuple[DRA, float, dict[str, float
     compiled = time.process_time() - start
     seconds, lengths = {}, {}
     for name, writer in WRITERS.items():
-        fresh = replace(automaton)
+        fresh = automaton.named(automaton.formula or "")
         start = time.process_time()
         lengths[name] = len(writer(fresh))
         seconds[name] = time.process_time() - start
