@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from ltlc.arrays import IntArray, np, npt
-from ltlc.automata.alphabet import Alphabet, letter_classes
+from ltlc.automata.alphabet import Alphabet
+from ltlc.automata.columns import letter_classes
 from ltlc.automata.possible import MAX_APS, LetterNumbers, Possible, check_size
 from ltlc.errors import AlphabetLimitExceeded, InvalidArgumentError
 

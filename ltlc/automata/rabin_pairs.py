@@ -17,7 +17,7 @@ from typing import Literal, Protocol
 from ltlc import graph
 from ltlc.arrays import BoolArray, IntArray, Numbers, np
 from ltlc.automata.acceptance import Acceptance
-from ltlc.automata.alphabet import grouped, grouped_partitions, n_classes
+from ltlc.automata.columns import grouped, grouped_partitions, n_classes
 from ltlc.automata.cycles import CycleDecomposition
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, explore, merged
 from ltlc.automata.emptiness import MarkedEdge

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from ltlc.arrays import BoolArray, IntArray, np, npt
-from ltlc.automata.alphabet import letter_classes, truth_column
+from ltlc.automata.columns import letter_classes, truth_column
 from ltlc.automata.finite import DFA
 from ltlc.automata.possible import LetterNumbers
 from ltlc.automata.rabin import DRA

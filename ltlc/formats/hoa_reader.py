@@ -15,7 +15,7 @@ from typing import Literal, overload
 
 from ltlc.arrays import np
 from ltlc.automata.acceptance import NEVER, Acceptance, Clause, TooManyClausesError
-from ltlc.automata.alphabet import truth_table
+from ltlc.automata.columns import truth_table
 from ltlc.automata.emerson_lei import EmersonLei, LetterEdge, localized
 from ltlc.automata.finite import DFA, from_table
 from ltlc.automata.omega import OmegaAutomaton

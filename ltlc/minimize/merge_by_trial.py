@@ -10,8 +10,8 @@ from typing import NamedTuple
 from ltlc import graph
 from ltlc.arrays import IntArray, np
 from ltlc.automata.acceptance import exactly_one
-from ltlc.automata.alphabet import letter_classes
 from ltlc.automata.canonical import CANONICAL, canonical
+from ltlc.automata.columns import letter_classes
 from ltlc.automata.emptiness import accepting_walk
 from ltlc.automata.languages import can_decide_languages, equivalent_states
 from ltlc.automata.partition import number_blocks

@@ -11,7 +11,7 @@ from functools import reduce
 from typing import NamedTuple
 
 from ltlc.arrays import Numbers
-from ltlc.automata.alphabet import grouped, n_classes
+from ltlc.automata.columns import grouped, n_classes
 from ltlc.automata.possible import LetterNumbers, Possible
 from ltlc.budget import check_time
 from ltlc.ltl import And, Constant, Formula, Not, Or, Proposition, postorder

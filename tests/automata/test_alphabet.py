@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 from ltlc.automata import Alphabet, guard_text
-from ltlc.automata.alphabet import (
-    BoolArray,
-    Guard,
+from ltlc.automata.alphabet import BoolArray, Guard, shortest_guard
+from ltlc.automata.columns import (
     grouped,
     grouped_partitions,
     letter_classes,
     project,
-    shortest_guard,
     support,
     truth_column,
     truth_table,
@@ -141,7 +139,7 @@ def test_grouped_positions_are_those_that_no_table_tells_apart(size: int) -> Non
 def test_grouped_positions_are_those_that_no_partition_tells_apart(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
     rng = random.Random(size)
     for at_once in (1, 3000, 1 << 24):
-        monkeypatch.setattr("ltlc.automata.alphabet._MAX_BITS_AT_ONCE", at_once)
+        monkeypatch.setattr("ltlc.automata.columns._MAX_BITS_AT_ONCE", at_once)
         rows = [[rng.randrange(count) for _ in range(size)] for count in (1, 2, 5)]
         partitions = [[sum(1 << k for k in range(size) if row[k] == place) for place in range(5)] for row in rows]
         group, places = grouped_partitions(partitions, size)
