@@ -108,17 +108,16 @@ def _needed(residual_of: Sequence[int], safe: Moves) -> Iterator[list[Component]
     targets = [[t for t, _ in row] for row in safe]
     language = _languages(residual_of, targets)
     first = first_places(language)
-    above = _rivals(
-        [residual_of[q] for q in first], [[language[t] if t >= 0 else -1 for t in targets[q]] for q in first]
-    )
-    having: dict[int, list[Component]] = {}
+    residuals = [residual_of[q] for q in first]
+    above = _rivals(residuals, [[language[t] if t >= 0 else -1 for t in targets[q]] for q in first])
+    having: dict[frozenset[int], list[Component]] = {}
     for states in graph.component_members(graph.strong_components([[t for t in row if t >= 0] for row in targets])):
         found = Component(states, [language[q] for q in states])
-        having.setdefault(sum(1 << b for b in set(found.languages)), []).append(found)
-    left = (1 << len(first)) - 1
+        having.setdefault(frozenset(found.languages), []).append(found)
+    dropped: set[int] = set()
     for here, components in having.items():
-        if any(above[b] & left & ~here for b in graph.bits(here)):
-            left &= ~here
+        if any(above[b] - here - dropped for b in here):
+            dropped |= here
         else:
             yield components
 
@@ -127,6 +126,7 @@ def _languages(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> 
     """A number for each state, the same for those of one residual and safe language."""
     block, n_blocks = list(residual_of), 0
     while len(set(block)) > n_blocks:
+        check_time()
         n_blocks = len(set(block))
         number: dict[tuple[int, ...], int] = {}
         rows = ((b, *[block[t] if t >= 0 else -1 for t in row]) for b, row in zip(block, targets, strict=True))
@@ -134,22 +134,25 @@ def _languages(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> 
     return block
 
 
-def _rivals(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> list[int]:
-    """For each state the set of those of its residual whose safe language contains its own, itself among them."""
-    able = [sum(1 << q for q, row in enumerate(targets) if row[c] >= 0) for c in range(len(targets[0]))]
-    above = []
-    for residual, row in zip(residual_of, targets, strict=True):
-        rivals = sum(1 << q for q, other in enumerate(residual_of) if other == residual)
-        for c, target in enumerate(row):
-            rivals &= able[c] if target >= 0 else -1
-        above.append(rivals)
-    changed = True
-    while changed:
-        check_time()
-        changed = False
-        for q, row in enumerate(targets):
-            for rival in graph.bits(above[q] & ~(1 << q)):
-                if any(t >= 0 and not above[t] >> targets[rival][c] & 1 for c, t in enumerate(row)):
-                    above[q] ^= 1 << rival
-                    changed = True
+def _rivals(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> list[set[int]]:
+    """For each state those of its residual whose safe language contains its own, itself among them."""
+    alike: dict[int, list[int]] = {}
+    able = [sum(1 << c for c, t in enumerate(row) if t >= 0) for row in targets]
+    sources: list[dict[int, list[int]]] = [{} for _ in targets[0]]
+    for q, (residual, row) in enumerate(zip(residual_of, targets, strict=True)):
+        alike.setdefault(residual, []).append(q)
+        for before, t in zip(sources, row, strict=True):
+            before.setdefault(t, []).append(q)
+    above = [
+        {r for r in alike[residual] if not own & ~able[r]} for residual, own in zip(residual_of, able, strict=True)
+    ]
+    todo = [(q, r) for q, residual in enumerate(residual_of) for r in alike[residual] if r not in above[q]]
+    for n, (p, r) in enumerate(todo):  # grows while it is read
+        if not n & 255:
+            check_time()
+        for before in sources:
+            for q in before.get(p, ()):
+                lost = above[q].intersection(before.get(r, ()))
+                above[q] -= lost
+                todo += [(q, other) for other in lost]
     return above

@@ -10,9 +10,13 @@ from random_automata import random_automata
 
 from ltlc.automata import DRA, equivalent
 from ltlc.automata.rabin import AcceptanceKind
+from ltlc.budget import time_limit
 from ltlc.errors import MissingProgramError
 from ltlc.ltl import parse
 from ltlc.minimize import collapse, lower_bound, merge_by_trial, minimize
+from ltlc.minimize.lower_bound import part_lower_bound
+from ltlc.minimize.residuals import Part, residuals
+from ltlc.minimize.safe_classes import least_by_safe_edges
 from ltlc.translate import Options, translate
 
 PHI = {
@@ -99,6 +103,33 @@ def test_lower_bound_is_below_what_any_construction_finds() -> None:
 def test_lower_bound_of_persistence_leaves_room_for_pairs(text: str) -> None:
     bounds = [lower_bound(compiled(text, translator=name)) for name in ("product", "safra", "dual-safra", "auto")]
     assert max(bounds) <= compiled(text).n_states
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "text",
+    [None, "(F G a | F G b) & (F G b | G F !a)", "G F (a & X b) & F G (a | X X !b)", "G F (a & X X b) | F G (b & X a)"],
+)
+def test_nothing_is_below_the_lower_bound(sat: None, text: str | None) -> None:
+    from ltlc.minimize.sat_search import Search
+
+    if text is None:
+        automata = list(random_automata(800))
+    else:
+        automata = [compiled(text, translator=name) for name in ("product", "safra", "dual-safra")]
+    for part in (part for automaton in automata for part in residuals(automaton).parts):
+        bound = part_lower_bound(part, part.acceptance)
+        assert bound <= len(part.states)
+        if len(part.residuals) < bound < 6:
+            assert Search(part, bound - 1).run() is None
+
+
+def test_safe_languages_that_differ_late_are_told_apart_soon() -> None:
+    n = 490
+    ring, marks = tuple([((q + 1) % n, q or 1) for q in range(n)]), tuple([(int(q == 0), 2) for q in range(n)])
+    part = Part((0,), ((0, 0),), tuple(range(n)), (0,) * n, ring, marks, (0, 1), n_pairs=1, acceptance="transition")
+    with time_limit("", 8):
+        assert least_by_safe_edges(part) == n
 
 
 @pytest.mark.slow
