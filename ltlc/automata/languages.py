@@ -81,7 +81,8 @@ def languages_within(a: HasTable, max_edges: int | None) -> tuple[list[int], boo
     if is_small and (max_edges is None or a.n_states**2 * a.n_classes <= max_edges):
         return _languages_of_few(a), True
     table = rows_of_marks(a)
-    bisimilar = refine(a.delta, number_blocks(map(tuple if isinstance(table, list) else np.ndarray.tobytes, table)))
+    is_in_words = not isinstance(table, list) and table.dtype != object
+    bisimilar = refine(a.delta, number_blocks(map(np.ndarray.tobytes if is_in_words else tuple, table)))
     first: list[int] = np.unique(bisimilar, return_index=True)[1].tolist()
     delta = bisimilar[a.delta[first]]
     marks = [table[q] for q in first]

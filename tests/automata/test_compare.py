@@ -23,6 +23,7 @@ from ltlc.automata import (
     to_transition_based,
 )
 from ltlc.automata.compare import distinguishing_letters
+from ltlc.automata.languages import languages_within
 from ltlc.automata.marks import SIMPLE_MARKS
 from ltlc.errors import AlphabetLimitExceeded, InvalidAutomatonError
 from ltlc.minimize import merge_bisimilar, merge_by_trial, merge_equivalent, reduce, to_state_based
@@ -116,6 +117,15 @@ def test_equivalent_states_are_those_with_equivalent_languages() -> None:
                 assert equivalent(first, started[q]) == (classes[p] == classes[q])
                 merged += int(classes[p] == classes[q])
     assert merged > 50
+
+
+def test_copies_are_known_without_a_product_however_many_pairs_there_are() -> None:
+    rng = np.random.default_rng(0)
+    one = random_automaton(rng, 40, 7, 40, "state")
+    delta = np.concatenate([one.delta + 40 * rng.integers(2, size=one.delta.shape) for _ in range(2)])
+    twice = replace(one, delta=delta, fin=np.tile(one.fin, 2), inf=np.tile(one.inf, 2))
+    assert twice.entries is not None
+    assert languages_within(twice, 0)[0] == [*range(40)] * 2
 
 
 @pytest.mark.parametrize(
