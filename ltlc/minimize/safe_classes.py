@@ -147,12 +147,16 @@ def _rivals(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> lis
         {r for r in alike[residual] if not own & ~able[r]} for residual, own in zip(residual_of, able, strict=True)
     ]
     todo = [(q, r) for q, residual in enumerate(residual_of) for r in alike[residual] if r not in above[q]]
+    n_left = sum(map(len, above)) - len(above)
     for n, (p, r) in enumerate(todo):  # grows while it is read
         if not n & 255:
             check_time()
+        if not n_left:
+            break
         for before in sources:
             for q in before.get(p, ()):
                 lost = above[q].intersection(before.get(r, ()))
                 above[q] -= lost
+                n_left -= len(lost)
                 todo += [(q, other) for other in lost]
     return above
