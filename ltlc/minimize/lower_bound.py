@@ -8,6 +8,8 @@ from ltlc.automata.rabin_type import Conflict, CycleGraph, rabin_condition
 from ltlc.minimize.residuals import Part, residuals
 from ltlc.minimize.safe_classes import least_by_safe_edges
 
+_READABLE = 200_000
+"""No bound is looked for where there are more edges than this."""
 _MAX_NODES = 200
 """bound on the sets of labels looked at per part; beyond it the bound is weaker."""
 
@@ -31,7 +33,12 @@ def lower_bound(automaton: DRA, acceptance: AcceptanceKind | None = None) -> int
 
 def proven_least(automaton: DRA, acceptance: AcceptanceKind | None = None) -> int:
     """`lower_bound`, or 1 for a large automaton, which is not looked into."""
-    return lower_bound(automaton, acceptance) if automaton.n_states > 1 and can_decide_languages(automaton) else 1
+    return lower_bound(automaton, acceptance) if automaton.n_states > 1 and is_readable(automaton) else 1
+
+
+def is_readable(automaton: DRA) -> bool:
+    """Whether a bound is worth looking for."""
+    return automaton.n_states * automaton.n_classes <= _READABLE and can_decide_languages(automaton)
 
 
 def part_lower_bound(part: Part, acceptance: AcceptanceKind) -> int:

@@ -67,8 +67,6 @@ formula; with no more than the second one, it is good enough for some."""
 _CROWDED = 12
 """With more states than this for each language, it waits for the other constructions: many pairs of states would be
 tried, and others often have fewer to begin with."""
-_READABLE = 200_000
-"""No proof is looked for where there are more edges than this."""
 _MANY_PAIRS = 4
 """Fewer states are not worth more Rabin pairs than this."""
 _SPARE_SHARE = 0.7
@@ -310,10 +308,13 @@ def _proven(found: Candidate, problem: Problem) -> Candidate:
     automaton is to be on states.
     """
     automaton = found.automaton
-    is_readable = automaton.n_states * automaton.n_classes <= _READABLE and can_decide_languages(automaton)
-    if found.is_bounded or found.smallest or not is_readable:
+    if found.is_bounded or found.smallest:
         return found
     from ltlc.minimize import collapse
+    from ltlc.minimize.lower_bound import is_readable
+
+    if not is_readable(automaton):
+        return found
 
     collapsed = collapse(automaton)
     if collapsed.automaton.n_pairs <= automaton.n_pairs or (
