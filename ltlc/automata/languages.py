@@ -155,8 +155,8 @@ def _smallest_alike(
             edges.append([])
     told_apart |= accepting_nodes(edges, exactly_one(n_pairs, n_pairs))
     different = set(graph.coreachable([[t for t, _ in row] for row in edges], sorted(told_apart)))
-    first: dict[int, int] = {}
-    smallest = [first.setdefault(number, q) for q, number in enumerate(same)]
+    first = first_places(same)
+    smallest = [first[number] for number in same]
     for i, (p, q) in enumerate(pairs):
         if q < smallest[p] and i not in different:
             smallest[p] = q

@@ -15,7 +15,7 @@ from ltlc.arrays import BoolArray, IntArray, Numbers, np, npt
 from ltlc.automata.alphabet import Alphabet
 from ltlc.automata.partition import numbered
 from ltlc.automata.possible import LetterNumbers, Possible
-from ltlc.automata.wide import Entries, entries
+from ltlc.automata.wide import Entries, entries, joined_marks
 from ltlc.errors import InvalidAutomatonError
 
 AcceptanceKind = Literal["state", "transition"]
@@ -240,11 +240,7 @@ class Tables:
     @cached_property
     def marks(self) -> npt.NDArray[np.int64] | npt.NDArray[np.object_]:
         """Marks as integers, shape as one pair of `fin`: bit 2i is Fin, bit 2i + 1 is Inf of pair i (as in HOA)."""
-        kind = np.int64 if self.n_pairs <= MARKS_IN_WORD else object
-        marks = np.zeros(self.fin.shape[1:], dtype=kind)
-        for i, (fin, inf) in enumerate(zip(self.fin, self.inf, strict=True)):
-            marks |= (fin.astype(kind) | inf.astype(kind) << 1) << (2 * i)
-        return marks
+        return joined_marks(self.fin, self.inf, np.dtype(np.int64 if self.n_pairs <= MARKS_IN_WORD else object))
 
     @cached_property
     def edge_marks(self) -> list[list[int]]:

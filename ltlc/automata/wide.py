@@ -130,12 +130,17 @@ def rows_of_marks(automaton: HasEntries) -> list[list[int]] | Array:
     """`edge_marks`, where the table is wide as an array of integers as short as can be."""
     if automaton.entries is None:
         return automaton.edge_marks
-    kind = np.min_scalar_type((1 << 2 * len(automaton.fin)) - 1)
-    marks = np.zeros(automaton.fin.shape[1:], dtype=kind)
-    for i, tables in enumerate(zip(automaton.fin, automaton.inf, strict=True)):
+    marks = joined_marks(automaton.fin, automaton.inf, np.min_scalar_type((1 << 2 * len(automaton.fin)) - 1))
+    return marks[automaton.delta] if automaton.fin.ndim == automaton.delta.ndim else marks
+
+
+def joined_marks(fin: Array, inf: Array, kind: np.dtype[Any]) -> Array:
+    """Marks as in `DRA.marks`, shape as one pair of `fin`, of an integer type with room for them."""
+    marks = np.zeros(fin.shape[1:], dtype=kind)
+    for i, tables in enumerate(zip(fin, inf, strict=True)):
         for place, table in enumerate(tables, 2 * i):
             marks |= table.astype(kind) << kind.type(place)
-    return marks[automaton.delta] if automaton.fin.ndim == automaton.delta.ndim else marks
+    return marks
 
 
 def replaced(row: Array, old: Sequence[int], new: Array) -> Array:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from ltlc.automata.canonical import CANONICAL, canonical
 from ltlc.automata.languages import MAX_PRODUCT_EDGES, can_decide_languages, languages_within
 from ltlc.automata.marks import SIMPLE_MARKS, simplify_marks
-from ltlc.automata.partition import number_blocks, refine, refine_rows
+from ltlc.automata.partition import first_places, number_blocks, refine, refine_rows
 from ltlc.automata.rabin import DRA
 from ltlc.errors import TimeLimitExceeded
 from ltlc.minimize.lower_bound import proven_least
@@ -89,9 +89,8 @@ def merge_bisimilar(automaton: DRA) -> DRA:
         block = refine(automaton.delta, number_blocks(marks)).tolist()
     if max(block) + 1 == automaton.n_states:
         return automaton.annotated(QUOTIENT)
-    first: dict[int, int] = {}
-    entered = [first.setdefault(b, q) for q, b in enumerate(block)]
-    merged = canonical(automaton, entered).annotated(QUOTIENT)
+    first = first_places(block)
+    merged = canonical(automaton, [first[b] for b in block]).annotated(QUOTIENT)
     return merged.annotated(SIMPLE_MARKS) if SIMPLE_MARKS in automaton.forms else merged
 
 

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from ltlc import graph
 from ltlc.automata.acceptance import Acceptance, holds, rabin, streett
 from ltlc.automata.emptiness import accepting_parts
-from ltlc.automata.partition import first_places
+from ltlc.automata.partition import first_places, refine_by
 from ltlc.budget import check_time
 from ltlc.minimize.residuals import Part
 
@@ -124,14 +124,7 @@ def _needed(residual_of: Sequence[int], safe: Moves) -> Iterator[list[Component]
 
 def _languages(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> list[int]:
     """A number for each state, the same for those of one residual and safe language."""
-    block, n_blocks = list(residual_of), 0
-    while len(set(block)) > n_blocks:
-        check_time()
-        n_blocks = len(set(block))
-        number: dict[tuple[int, ...], int] = {}
-        rows = ((b, *[block[t] if t >= 0 else -1 for t in row]) for b, row in zip(block, targets, strict=True))
-        block = [number.setdefault(row, len(number)) for row in rows]
-    return block
+    return refine_by(residual_of, lambda block: (tuple([block[t] if t >= 0 else -1 for t in row]) for row in targets))
 
 
 def _rivals(residual_of: Sequence[int], targets: Sequence[Sequence[int]]) -> list[set[int]]:

@@ -85,14 +85,14 @@ class _Product:
 
     def settle(self, skeleton: Skeleton, states: list[Hashable]) -> ProductState:
         """Fold decided components into the skeleton, and forget the irrelevant ones."""
-        for i in bits(_mentioned(skeleton)):
+        for i in bits(mentioned(skeleton)):
             decided = self.components[i].decided(states[i])
             if decided is not None:
                 key = (skeleton, i, decided)
                 if key not in self._assigned:
                     self._assigned[key] = assign(*key)
                 skeleton = self._assigned[key]
-        relevant = _mentioned(skeleton)
+        relevant = mentioned(skeleton)
         return skeleton, tuple([s if relevant >> i & 1 else None for i, s in enumerate(states)])
 
     def restless(self, state: ProductState) -> Iterable[tuple[int, ProductState, int]]:
@@ -114,12 +114,12 @@ class _Product:
     def rested(self, state: ProductState) -> ProductState:
         """The state with the same language in which stable components rest."""
         skeleton, states = state
-        relevant = _mentioned(skeleton) & self.stable
+        relevant = mentioned(skeleton) & self.stable
         return skeleton, tuple(self.components[i].initial if relevant >> i & 1 else s for i, s in enumerate(states))
 
     def _moves(self, state: ProductState, resting: int) -> list[tuple[int, ProductState, int]]:
         skeleton, states = state
-        relevant = _mentioned(skeleton)
+        relevant = mentioned(skeleton)
         n_letters = self.letters.bit_length()
         moving = bits(relevant & ~resting)
         partial: list[tuple[int, _Chain, int]] = [(self.letters, None, 0)]
@@ -156,7 +156,7 @@ class _Product:
     def condition(self, state: ProductState) -> Acceptance:
         """The acceptance condition while the skeleton and the components' strong components stay as they are."""
         skeleton, states = state
-        conditions = {i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(_mentioned(skeleton))}
+        conditions = {i: self._shifted(i, self.components[i].condition(states[i])) for i in bits(mentioned(skeleton))}
         key = (skeleton, tuple(conditions.items()))
         known = self._condition.get(key)
         if known is None:
@@ -171,11 +171,12 @@ class _Product:
         return tuple([Clause(c.fin << shift, c.inf << shift) for c in condition])
 
 
-def _mentioned(skeleton: Skeleton) -> int:
-    mentioned = 0
+def mentioned(skeleton: Skeleton) -> int:
+    """The components that the skeleton depends on, as bits."""
+    union = 0
     for clause in skeleton:
-        mentioned |= clause
-    return mentioned
+        union |= clause
+    return union
 
 
 def assign(skeleton: Skeleton, component: int, value: bool) -> Skeleton:

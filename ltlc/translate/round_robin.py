@@ -11,14 +11,13 @@ References:
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from functools import reduce
 
 from ltlc.automata.acceptance import Acceptance, Clause
 from ltlc.automata.emerson_lei import explore
 from ltlc.budget import Budget
 from ltlc.errors import StateLimitExceeded
 from ltlc.translate.components import Breakpoint, Complement, Component, Successors
-from ltlc.translate.product import Skeleton, antichain
+from ltlc.translate.product import Skeleton, antichain, mentioned
 
 _MANY_MARKS = 8
 """More marks than this of parts that are asked for together are one: a state has a move for each set of them;"""
@@ -77,8 +76,8 @@ def by_turns(skeleton: Skeleton, components: Sequence[Component], budget: Budget
             rounds = RoundRobin([part.component if isinstance(part, Complement) else part for part in parts])
             n_states = len(explore(rounds.initial, rounds.successors, budget)[0])
             enough = n_states // len(parts) if kind is _together else n_states + n_states // 2
-            n_parts = reduce(int.__or__, skeleton, 0).bit_count()
-            has_many_marks = n_parts > _MANY_PARTS or len(parts) > (_MANY_MARKS if kind is _together else _MANY_PAIRS)
+            most = _MANY_MARKS if kind is _together else _MANY_PAIRS
+            has_many_marks = len(parts) > most or mentioned(skeleton).bit_count() > _MANY_PARTS
             if not has_many_marks and not _has_more_states(parts, enough, budget):
                 continue
             joined[group[0]] = Complement(rounds) if kind is _alternatives else rounds
